@@ -1,0 +1,16 @@
+"""What is simulated. `BLOCKS` is the catalogue of all blocks by name."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import Any, Final
+
+from components.controller.coast import Coast
+from components.interfaces.block import Block
+from components.traffic.empty_road import EmptyRoad
+from components.traffic.ramp_traffic import RampTraffic
+from components.vehicle.bicycle import Bicycle
+from components.vehicle.stationary import Stationary
+
+CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (Bicycle, Stationary, RampTraffic, EmptyRoad, Coast)
+BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})

@@ -1,0 +1,1 @@
+"""Blocks of the controller socket, and what they are made of."""

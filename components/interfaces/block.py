@@ -1,0 +1,154 @@
+"""Blocks: components written once, as a frozen description; the values live in the run that uses them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform, get_args, get_type_hints
+
+from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.quantity import Quantity, boolean, enumeration, integer, quantity
+from components.interfaces.record import Variable, combine, record, value_problems, variables
+from components.interfaces.socket import Socket
+
+U = TypeVar("U")
+X = TypeVar("X")
+Y = TypeVar("Y")
+B = TypeVar("B", bound="type[Block[Any, Any, Any]]")
+
+
+@record
+class NoState:
+    """The state of a block that remembers nothing."""
+
+
+class Block(ABC, Generic[U, X, Y]):
+    """A component with inputs `U`, state `X` and outputs `Y`; its fields are its parameters.
+
+    At each communication point the outputs are `output(x, u)`; the state then advances by
+    `step(x, u, h)` with the inputs held. Both are pure, and are written for numbers and symbols alike.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    socket: ClassVar[Socket]
+    input_type: ClassVar[type]
+    state_type: ClassVar[type]
+    output_type: ClassVar[type]
+    max_step: ClassVar[float] = float("inf")
+    """Longest step [s] that `step` is called with; a longer macro step is divided evenly."""
+    staged: ClassVar[bool] = False
+    """Whether parts of the equations become functions of their own in the generated C (see `staging`)."""
+
+    def __post_init__(self) -> None:
+        raise_if_any(value_problems(self, self.name, self.dimensions()))
+
+    @abstractmethod
+    def start(self) -> X:
+        """The state at the start of a run."""
+
+    @abstractmethod
+    def output(self, x: X, u: U) -> Y:
+        """The outputs at a communication point."""
+
+    @abstractmethod
+    def step(self, x: X, u: U, h: float) -> X:
+        """The state `h` seconds later, with the inputs held."""
+
+    @classmethod
+    def dimensions(cls) -> dict[str, int]:
+        """The structural constants that give array lengths: whole numbers in upper-case class attributes."""
+        return {n: v for n in dir(cls) if n[0].isupper() and isinstance(v := getattr(cls, n), int)}
+
+    @classmethod
+    def parameters(cls) -> tuple[Variable, ...]:
+        """The parameters, in order."""
+        return variables(cls, cls.dimensions())
+
+    @classmethod
+    def inputs(cls) -> tuple[Variable, ...]:
+        """The input signals, in order."""
+        return variables(cls.input_type, cls.dimensions())
+
+    @classmethod
+    def outputs(cls) -> tuple[Variable, ...]:
+        """The output signals, in order."""
+        return variables(cls.output_type, cls.dimensions())
+
+    @classmethod
+    def states(cls) -> tuple[Variable, ...]:
+        """The state variables, in order."""
+        return variables(cls.state_type, cls.dimensions())
+
+
+class Continuous(Block[U, X, Y]):
+    """A block given by differential equations, integrated by the classical Runge-Kutta method of order 4."""
+
+    max_step = 0.01
+
+    @abstractmethod
+    def derivative(self, x: X, u: U) -> X:
+        """dx/dt."""
+
+    def step(self, x: X, u: U, h: float) -> X:
+        """One Runge-Kutta step with the inputs held."""
+
+        def along(slope: X, share: float) -> X:
+            return combine(lambda a, b: a + share * h * b, x, slope)
+
+        k_1 = self.derivative(x, u)
+        k_2 = self.derivative(along(k_1, 0.5), u)
+        k_3 = self.derivative(along(k_2, 0.5), u)
+        k_4 = self.derivative(along(k_3, 1.0), u)
+        return combine(lambda a, p, q, r, s: a + h / 6 * (p + 2 * q + 2 * r + s), x, k_1, k_2, k_3, k_4)
+
+
+class Sampled(Block[U, X, Y]):
+    """A block that acts once per communication point, with direct feedthrough; its outputs hold until the next."""
+
+    @abstractmethod
+    def sample(self, x: X, u: U) -> tuple[X, Y]:
+        """The next state and the outputs of this sample."""
+
+    def output(self, x: X, u: U) -> Y:
+        """The outputs of a sample taken now."""
+        return self.sample(x, u)[1]
+
+    def step(self, x: X, u: U, h: float) -> X:  # noqa: ARG002 - a sample does not depend on the step
+        """The state after a sample taken now."""
+        return self.sample(x, u)[0]
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration))
+def block(socket: Socket) -> Callable[[B], B]:
+    """Make a class a block that fits `socket`; every declaration is checked here, every value at construction.
+
+    Raises `RequestError` for a parameter without a quantity, or buses that do not fit the socket.
+    """
+
+    def declare(cls: B) -> B:
+        made: Any = dataclass(frozen=True, kw_only=True, eq=False)(cls)
+        made.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        made.summary = (cls.__doc__ or "").strip().split("\n")[0].rstrip(".")
+        made.socket = socket
+        made.input_type, made.state_type, made.output_type = _signature(cls)
+        for item in dataclasses.fields(made):
+            if not isinstance(item.metadata.get("quantity"), Quantity):
+                raise refuse(f"{cls.__name__}.{item.name}", "a parameter without a quantity", "quantity(unit, description)")
+        raise_if_any(socket.problems(made.name, made.inputs(), made.outputs()))
+        return made
+
+    return declare
+
+
+def _signature(cls: type) -> tuple[type, type, type]:
+    for base in getattr(cls, "__orig_bases__", ()):
+        arguments = get_args(base)
+        if len(arguments) == 3:  # noqa: PLR2004 - inputs, state, outputs
+            for part in arguments:
+                get_type_hints(part)
+            return arguments
+    raise refuse(cls.__name__, "no types for inputs, state and outputs", "class X(Continuous[Inputs, State, Outputs])")

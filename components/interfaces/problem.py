@@ -1,0 +1,52 @@
+"""What is said when a request is wrong: where, what was found, what would be valid, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong, in the four parts a person needs to mend it."""
+
+    where: str
+    found: str
+    valid: str
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        text = f"{self.where}: found {self.found}; valid: {self.valid}"
+        return f"{text}. {self.remedy}" if self.remedy else text
+
+
+class RequestError(ValueError):
+    """A request that cannot be carried out, with all its problems at once."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+def refuse(where: str, found: str, valid: str, remedy: str = "") -> RequestError:
+    """The error for a single problem."""
+    return RequestError([Problem(where, found, valid, remedy)])
+
+
+def raise_if_any(problems: Iterable[Problem]) -> None:
+    """Raise one `RequestError` with all `problems`; do nothing when there are none."""
+    if gathered := tuple(problems):
+        raise RequestError(gathered)
+
+
+def choices(names: Iterable[str]) -> str:
+    """The valid names as one readable phrase."""
+    listed = sorted(names)
+    return ", ".join(listed) if listed else "nothing"
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """A remedy that names the closest valid name, or an empty text."""
+    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    return f"Did you mean `{close[0]}`?" if close else ""

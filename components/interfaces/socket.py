@@ -1,0 +1,84 @@
+"""Sockets: what a unit must offer to stand in for another, whatever it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from components.interfaces.problem import Problem
+from components.interfaces.quantity import Quantity
+from components.interfaces.record import Variable, variables
+
+
+@dataclass(frozen=True)
+class Socket:
+    """A role in a system: the buses that a unit in it reads, must offer and may offer.
+
+    Raises `RequestError` when a bus is not a record.
+    """
+
+    name: str
+    inputs: Mapping[str, type]
+    outputs: Mapping[str, type]
+    optional: Mapping[str, type]
+
+    def required(self) -> list[Variable]:
+        """The output signals every unit in this socket has."""
+        return _signals(self.outputs)
+
+    def problems(self, unit: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Problem]:
+        """What keeps a unit with these signals from fitting; inputs and outputs of its own are allowed for."""
+        return [
+            *self._missing(unit, "output", self.required(), outputs),
+            *self._wrong(unit, "input", [*_signals(self.inputs)], inputs, closed=True),
+            *self._wrong(unit, "output", [*self.required(), *_signals(self.optional)], outputs, closed=False),
+        ]
+
+    def _missing(self, unit: str, role: str, wanted: list[Variable], offered: Sequence[Variable]) -> Iterator[Problem]:
+        names = {v.name for v in offered}
+        for signal in wanted:
+            if signal.name not in names:
+                text = f"an {role} `{signal.name}` ({_describe(signal.quantity)}), as the socket `{self.name}` asks for"
+                yield Problem(f"{unit}.{signal.name}", "nothing", text)
+
+    def _wrong(
+        self, unit: str, role: str, known: list[Variable], offered: Sequence[Variable], *, closed: bool
+    ) -> Iterator[Problem]:
+        declared = {v.name: v.quantity for v in known}
+        for signal in offered:
+            wanted = declared.get(signal.name)
+            if wanted is None:
+                if closed:
+                    names = ", ".join(sorted(declared))
+                    yield Problem(f"{unit}.{signal.name}", f"an {role} unknown to the socket `{self.name}`", names)
+            elif not _agrees(wanted, signal.quantity):
+                yield Problem(f"{unit}.{signal.name}", _describe(signal.quantity), _describe(wanted))
+
+
+def _signals(buses: Mapping[str, type]) -> list[Variable]:
+    found: list[Variable] = []
+    for name, kind in buses.items():
+        found.extend(variables(kind, _AnyLength(), prefix=f"{name}."))
+    return found
+
+
+class _AnyLength(dict[str, int]):
+    """A length that depends on the block (the horizon, say) is open in the socket."""
+
+    def __missing__(self, key: str) -> int:
+        return ANY_LENGTH
+
+
+ANY_LENGTH = -1
+
+
+def _agrees(wanted: Quantity, found: Quantity) -> bool:
+    same_shape = len(wanted.shape) == len(found.shape) and all(
+        ANY_LENGTH in (a, b) or a == b for a, b in zip(wanted.shape, found.shape, strict=True)
+    )
+    return same_shape and wanted.unit == found.unit and wanted.type == found.type
+
+
+def _describe(q: Quantity) -> str:
+    shape = "" if not q.shape else f" of shape ({', '.join('any' if n == ANY_LENGTH else str(n) for n in q.shape)})"
+    return f"{q.type} in `{q.unit}`{shape}"

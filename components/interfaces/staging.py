@@ -1,0 +1,42 @@
+"""Staging: parts of a block's equations as functions of their own, so that the generated C stays small."""
+# pyright: basic
+# CasADi carries no types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from components.interfaces.record import leaves, pack, unpack, variables
+
+Y = TypeVar("Y")
+
+
+def symbols(kind: type, dimensions: dict[str, int], graph: Any = ca.SX, name: str = "x") -> tuple[Any, Any]:
+    """A column of fresh symbols for a record, and the record made of them."""
+    n = sum(v.size for v in variables(kind, dimensions))
+    column = graph.sym(name, n)
+    return column, unpack(kind, column, dimensions)
+
+
+def staged(function: Callable[..., Y], returns: type[Y], dimensions: dict[str, int], *arguments: Any) -> Y:
+    """`function(*arguments)`, where `arguments` and the result are records.
+
+    With plain numbers or scalar symbols (`SX`) this is the call itself. With graph symbols (`MX`) the call becomes
+    one node: the equations are lowered once, as scalar operations, to a function that the generated C calls.
+    """
+    flat = [leaf for a in arguments for leaf in leaves(a)]
+    if not any(isinstance(leaf, ca.MX) for leaf in flat):
+        return function(*arguments)
+    columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
+    body = ca.Function(function.__name__, list(columns), [column_of(function(*records))])
+    return unpack(returns, body(*(pack(a) for a in arguments)), dimensions)
+
+
+def column_of(value: object) -> Any:
+    """`pack(value)` as something CasADi takes as an expression, even when it is all numbers."""
+    column = pack(value)
+    return ca.DM(column) if isinstance(column, np.ndarray) else column
