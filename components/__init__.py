@@ -6,11 +6,12 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from components.controller.coast import Coast
+from components.controller.mpc import Mpc
 from components.interfaces.block import Block
 from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
 from components.vehicle.bicycle import Bicycle
 from components.vehicle.stationary import Stationary
 
-CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (Bicycle, Stationary, RampTraffic, EmptyRoad, Coast)
+CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (Bicycle, Stationary, RampTraffic, EmptyRoad, Mpc, Coast)
 BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})

@@ -32,7 +32,7 @@ def staged(function: Callable[..., Y], returns: type[Y], dimensions: dict[str, i
     if not any(isinstance(leaf, ca.MX) for leaf in flat):
         return function(*arguments)
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
-    body = ca.Function(function.__name__, list(columns), [column_of(function(*records))])
+    body = ca.Function(function.__name__.strip("_"), list(columns), [column_of(function(*records))])
     return unpack(returns, body(*(pack(a) for a in arguments)), dimensions)
 
 

@@ -1,0 +1,237 @@
+"""The paper's controller: path planning and tracking in one optimisation (Algorithm 1)."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+from components.controller import active_set, dubins
+from components.controller.corridor import Road, corridor
+from components.controller.ocp import Horizon, Model, Problem, Weights
+from components.controller.planner import Lanes, Manoeuvre, no_manoeuvre, plan
+from components.interfaces.block import Sampled, block
+from components.interfaces.buses import Actuation, Plan, Solver, SolverStatus, VehicleState, Waypoints
+from components.interfaces.maths import Array, absolute, both, clip, fmax, joined, vector, where
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+from components.interfaces.sockets import CONTROLLER, ControllerInputs
+from components.interfaces.staging import staged
+
+N_P = 3
+"""Prediction horizon of the paper, in prediction steps."""
+
+ITERATIONS = 10
+TOLERANCE = 1e-6
+LARGEST = 1e9
+"""Shown instead of a cost or residual that is not a number."""
+
+
+@record
+class MpcState:
+    """What the controller remembers: the manoeuvre, and its plan as a start for the next solve."""
+
+    manoeuvre: Manoeuvre
+    z: Array = quantity("1", "scaled decision of the last solve", shape=(2 * N_P,))
+
+
+@record
+class MpcOutputs:
+    """All buses the controller shows."""
+
+    actuation: Actuation
+    path: Waypoints
+    plan: Plan
+    solver: Solver
+
+
+@record
+class Reference:
+    """What the traffic of this sample asks for."""
+
+    manoeuvre: Manoeuvre
+    path: Waypoints
+    horizon: Horizon
+
+
+@final
+@block(CONTROLLER)
+class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
+    """Integrated path planning and tracking by nonlinear model prediction (the paper's Algorithm 1), active-set method.
+
+    At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
+    (`corridor`), then the optimal control problem (`ocp`), solved by `active_set` from the previous plan.
+    The first decision is applied. Where a solve does not end in numbers the previous plan is followed one step
+    further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
+
+    The desired point X_d(k+i) is `v_ref i dt` along the path from the ego's projection on it (RESOLUTIONS 13).
+    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    """
+
+    staged: ClassVar[bool] = True
+    N_p: ClassVar[int] = N_P
+
+    m: float = quantity("kg", "mass of the predicted vehicle", min=1)
+    I_z: float = quantity("kg.m2", "yaw inertia of the predicted vehicle", min=1)
+    l_f: float = quantity("m", "distance from the centre of gravity to the front axle", min=0.1)
+    l_r: float = quantity("m", "distance from the centre of gravity to the rear axle", min=0.1)
+    C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre", min=0)
+    C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre", min=0)
+    R_w: float = quantity("m", "wheel radius", min=0.01)
+    mu: float = quantity("1", "friction coefficient the path is planned for", min=0.01, max=2)
+    g: float = quantity("m/s2", "gravity", min=0.1)
+    v_ref: float = quantity("m/s", "speed the path is planned for", min=1)
+    dt: float = quantity("s", "prediction step t(k+i) - t(k+i-1)", min=0.01, max=1)
+    a_1: float = quantity("1/m2", "weight of the distance to the path", min=0)
+    b_1: float = quantity("m4", "weight of the upper boundary", min=0)
+    b_2: float = quantity("m4", "weight of the lower boundary", min=0)
+    b_3: float = quantity("s4/rad2", "weight of the yaw acceleration", min=0)
+    delta_max: float = quantity("rad", "largest front road-wheel angle", min=0.001, max=1.5)
+    T_dmax: float = quantity("N.m", "largest driving torque on one rear wheel", min=0)
+    T_bmax: float = quantity("N.m", "largest braking torque on one rear wheel", min=0)
+    delta_scale: float = quantity("rad", "unit of the angles in the optimisation", min=1e-6)
+    T_scale: float = quantity("N.m", "unit of the torques in the optimisation", min=1e-6)
+    y_lane: float = quantity("m", "centre of the ego's own lane")
+    y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    y_left: float = quantity("m", "left edge of the road")
+    y_right: float = quantity("m", "right edge of the road")
+    l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
+    l_free: float = quantity("m", "distance from an obstacle's centre at which a change is complete or begins", min=0)
+    l_sight: float = quantity("m", "distance ahead in which obstacles are considered", min=0)
+    l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
+    l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
+    l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
+
+    def start(self) -> MpcState:
+        """No manoeuvre, wheels straight."""
+        return MpcState(manoeuvre=no_manoeuvre(), z=vector([0.0] * (2 * N_P)))
+
+    def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
+        """One pass of Algorithm 1."""
+        dims = self.dimensions()
+        reference = staged(_reference, Reference, dims, self, x, u)
+        problem = self.problem(u.ego, reference.horizon)
+        guess = _shifted(x.z)
+        found = active_set.minimise(
+            Problem.cost, _bounds, problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
+        )
+        z, status = _accepted(problem, found, guess)
+        outputs = staged(_outputs, MpcOutputs, dims, problem, reference, Decision(z=z, solver=status))
+        return MpcState(manoeuvre=reference.manoeuvre, z=z), outputs
+
+    def shape(self) -> dubins.LaneChange:
+        """One lane change of the path."""
+        R = dubins.radius(self.v_ref, self.mu, self.g)
+        return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
+
+    def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
+        """The optimal control problem for this vehicle."""
+        return Problem(
+            model=Model(
+                m=self.m,
+                I_z=self.I_z,
+                l_f=self.l_f,
+                l_r=self.l_r,
+                C_alpha_f=self.C_alpha_f,
+                C_alpha_r=self.C_alpha_r,
+                R_w=self.R_w,
+            ),
+            weights=Weights(a_1=self.a_1, b_1=self.b_1, b_2=self.b_2, b_3=self.b_3),
+            horizon=horizon,
+            start=ego,
+            dt=self.dt,
+            delta_max=self.delta_max,
+            T_dmax=self.T_dmax,
+            T_bmax=self.T_bmax,
+            delta_scale=self.delta_scale,
+            T_scale=self.T_scale,
+        )
+
+
+@record
+class Decision:
+    """The decision that is applied, and how it was found."""
+
+    solver: Solver
+    z: Array = quantity("1", "scaled decision", shape=(2 * N_P,))
+
+
+def _reference(self: Mpc, x: MpcState, u: ControllerInputs) -> Reference:
+    """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1)."""
+    shape = self.shape()
+    lanes = Lanes(
+        y_lane=self.y_lane,
+        y_adjacent=self.y_adjacent,
+        v_ref=self.v_ref,
+        l_free=self.l_free,
+        l_sight=self.l_sight,
+        l_change=shape.length,
+        l_gap=self.l_gap,
+    )
+    manoeuvre = plan(lanes, x.manoeuvre, u.ego, u.obstacles)
+    path = _path(self, manoeuvre, u.ego)
+    s = path.project(u.ego.x, u.ego.y)
+    points = [path.point(s + self.v_ref * self.dt * (i + 1)) for i in range(N_P)]
+    road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
+    free = [corridor(road, u.obstacles, x_d, self.dt * (i + 1)) for i, (x_d, _) in enumerate(points)]
+    horizon = Horizon(
+        x_d=vector([x_d for x_d, _ in points]),
+        y_d=vector([y_d for _, y_d in points]),
+        y_upper=vector([upper for upper, _ in free]),
+        y_lower=vector([lower for _, lower in free]),
+    )
+    return Reference(manoeuvre=manoeuvre, path=path.waypoints, horizon=horizon)
+
+
+def _path(self: Mpc, manoeuvre: Manoeuvre, ego: VehicleState) -> dubins.Path:
+    """The path of a manoeuvre; the straight lane, with all waypoints on it, while none is planned."""
+    planned = self.shape()
+    shape = dubins.LaneChange(w=where(manoeuvre.planned > 0, planned.w, 0.0), R=planned.R, l_d=planned.l_d)
+    idle = manoeuvre.planned <= 0
+    x_1 = where(idle, manoeuvre.x_0, manoeuvre.x_1)
+    x_8 = where(idle, manoeuvre.x_0 + shape.length, manoeuvre.x_8)
+    x_14 = fmax(x_8 + shape.length, ego.x) + self.l_end
+    corner = (manoeuvre.x_o, manoeuvre.y_o)
+    return dubins.double_lane_change(
+        shape, x_0=manoeuvre.x_0, x_1=x_1, x_8=x_8, x_14=x_14, y_lane=self.y_lane, corner=corner
+    )
+
+
+def _bounds(problem: Problem) -> tuple[Array, Array]:
+    return problem.bounds(N_P)
+
+
+def _shifted(z: Array) -> Array:
+    """The previous plan one step further, its last decision kept."""
+    return joined([z[1:N_P], z[N_P - 1 : N_P], z[N_P + 1 :], z[2 * N_P - 1 :]])
+
+
+def _accepted(problem: Problem, found: active_set.Solution, guess: Array) -> tuple[Array, Solver]:
+    """The solution within its bounds, or the shifted previous plan where the solve gave no numbers."""
+    finite = both(absolute(found.kkt) < LARGEST, absolute(found.cost) < LARGEST)  # false for a NaN
+    lower, upper = _bounds(problem)
+    z = vector([clip(where(finite, found.z[i], guess[i]), lower[i], upper[i]) for i in range(2 * N_P)])
+    ended = where(found.kkt <= TOLERANCE, float(SolverStatus.converged), float(SolverStatus.iteration_limit))
+    return z, Solver(
+        status=where(finite, ended, float(SolverStatus.fallback)),
+        iterations=found.iterations,
+        cost=where(finite, found.cost, LARGEST),
+        kkt=where(finite, found.kkt, LARGEST),
+    )
+
+
+def _outputs(problem: Problem, reference: Reference, decision: Decision) -> MpcOutputs:
+    states = problem.prediction(decision.z)
+    delta_f, T_r = problem.controls(decision.z)[0]
+    horizon = reference.horizon
+    return MpcOutputs(
+        actuation=Actuation(delta_f=delta_f, T_r=T_r),
+        path=reference.path,
+        plan=Plan(
+            x=vector([s.x for s in states]),
+            y=vector([s.y for s in states]),
+            x_d=horizon.x_d,
+            y_d=horizon.y_d,
+            y_upper=horizon.y_upper,
+            y_lower=horizon.y_lower,
+        ),
+        solver=decision.solver,
+    )

@@ -1,0 +1,125 @@
+"""The optimal control problem of the MP algorithm, (5)-(9) of the paper, as text.
+
+    minimise over delta_f(k..k+N_p-1), T_r(k..k+N_p-1)
+
+    J = sum over i = 1..N_p of   a_1 [(x - X_d)^2 + (y - Y_d)^2]            follow the path
+                               + b_1 / [(x - X_u)^2 + (y - Y_u)^2]^2        keep off the upper boundary
+                               + b_2 / [(x - X_l)^2 + (y - Y_l)^2]^2        keep off the lower boundary
+                               + b_3 r_dot^2                                turn smoothly          (5)
+
+    subject to   -delta_max <= delta_f <= delta_max,   -T_bmax <= T_r <= T_dmax
+
+with x, y at k+i predicted by explicit Euler steps of `dt` (6)-(9). The states are eliminated (single shooting), which
+leaves 2 N_p variables with bounds only: delta_f / delta_scale and T_r / T_scale, first all angles, then all torques.
+"""
+
+from __future__ import annotations
+
+from components.interfaces.buses import VehicleState
+from components.interfaces.frames import to_road
+from components.interfaces.maths import Array, cos, fmax, sin, vector
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+
+CLOSEST = 1e-3
+"""[m2] Squared distances to a boundary are clipped here: the term is a penalty, not a barrier (RESOLUTIONS 15)."""
+
+
+@record
+class Model:
+    """The vehicle as the controller knows it."""
+
+    m: float = quantity("kg", "mass")
+    I_z: float = quantity("kg.m2", "yaw inertia")
+    l_f: float = quantity("m", "distance from the centre of gravity to the front axle")
+    l_r: float = quantity("m", "distance from the centre of gravity to the rear axle")
+    C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre")
+    C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre")
+    R_w: float = quantity("m", "wheel radius")
+
+
+@record
+class Weights:
+    """Scaling factors of the cost (5)."""
+
+    a_1: float = quantity("1/m2", "weight of the distance to the path")
+    b_1: float = quantity("m4", "weight of the upper boundary")
+    b_2: float = quantity("m4", "weight of the lower boundary")
+    b_3: float = quantity("s4/rad2", "weight of the yaw acceleration")
+
+
+@record
+class Horizon:
+    """What the path and the traffic ask of the prediction steps."""
+
+    x_d: Array = quantity("m", "desired point X_d", shape=("N_p",))
+    y_d: Array = quantity("m", "desired point Y_d", shape=("N_p",))
+    y_upper: Array = quantity("m", "upper boundary Y_u at X_d", shape=("N_p",))
+    y_lower: Array = quantity("m", "lower boundary Y_l at X_d", shape=("N_p",))
+
+
+def predict(model: Model, before: VehicleState, delta_f: float, T_r: float, dt: float) -> VehicleState:
+    """The state one prediction step later, (6)-(9) with the corrections RESOLUTIONS 1, 2 and 10."""
+    F_cf = -model.C_alpha_f * ((before.v_y + model.l_f * before.r) / before.v_x - delta_f)  # (9)
+    F_cr = -model.C_alpha_r * ((before.v_y - model.l_r * before.r) / before.v_x)  # (9)
+    v_x = before.v_x + (before.v_y * before.r - 2 * (F_cf * sin(delta_f) - T_r / model.R_w) / model.m) * dt  # (8)
+    v_y = before.v_y + (-before.v_x * before.r + 2 * (F_cf * cos(delta_f) + F_cr) / model.m) * dt  # (8)
+    r = before.r + 2 * (model.l_f * F_cf - model.l_r * F_cr) / model.I_z * dt  # (8)
+    psi = before.psi + before.r * dt  # (8)
+    v_xg, v_yg = to_road(psi, v_x, v_y)  # (7)
+    return VehicleState(x=before.x + v_xg * dt, y=before.y + v_yg * dt, psi=psi, v_x=v_x, v_y=v_y, r=r)  # (6)
+
+
+@record
+class Problem:
+    """The optimal control problem of one sample, in scaled decisions ``z = (delta_f / delta_scale, T_r / T_scale)``."""
+
+    model: Model
+    weights: Weights
+    horizon: Horizon
+    start: VehicleState
+    dt: float = quantity("s", "prediction step")
+    delta_max: float = quantity("rad", "largest front road-wheel angle")
+    T_dmax: float = quantity("N.m", "largest driving torque on one rear wheel")
+    T_bmax: float = quantity("N.m", "largest braking torque on one rear wheel")
+    delta_scale: float = quantity("rad", "unit of the angles in z")
+    T_scale: float = quantity("N.m", "unit of the torques in z")
+
+    def bounds(self, N_p: int) -> tuple[Array, Array]:
+        """Lower and upper bounds of z, of shape (2 N_p,)."""
+        delta, drive, brake = self.delta_max / self.delta_scale, self.T_dmax / self.T_scale, self.T_bmax / self.T_scale
+        return vector([-delta] * N_p + [-brake] * N_p), vector([delta] * N_p + [drive] * N_p)
+
+    def controls(self, z: Array) -> list[tuple[float, float]]:
+        """(delta_f, T_r) at k..k+N_p-1 for the scaled decision `z`."""
+        N_p = z.shape[0] // 2
+        return [(self.delta_scale * z[i], self.T_scale * z[N_p + i]) for i in range(N_p)]
+
+    def prediction(self, z: Array) -> list[VehicleState]:
+        """The predicted states at k+1..k+N_p."""
+        states: list[VehicleState] = []
+        now = self.start
+        for delta_f, T_r in self.controls(z):
+            now = predict(self.model, now, delta_f, T_r, self.dt)
+            states.append(now)
+        return states
+
+    def cost(self, z: Array) -> float:
+        """J of (5)."""
+        w, horizon = self.weights, self.horizon
+        total, r_before = 0.0, self.start.r
+        for i, x in enumerate(self.prediction(z)):
+            along = (x.x - horizon.x_d[i]) * (x.x - horizon.x_d[i])
+            across = (x.y - horizon.y_d[i]) * (x.y - horizon.y_d[i])
+            upper = along + (x.y - horizon.y_upper[i]) * (x.y - horizon.y_upper[i])
+            lower = along + (x.y - horizon.y_lower[i]) * (x.y - horizon.y_lower[i])
+            r_dot = (x.r - r_before) / self.dt
+            total = total + w.a_1 * (along + across) + w.b_3 * r_dot * r_dot  # (5)
+            total = total + w.b_1 * _repulsion(upper) + w.b_2 * _repulsion(lower)  # (5)
+            r_before = x.r
+        return total
+
+
+def _repulsion(square: float) -> float:
+    kept = fmax(square, CLOSEST)
+    return 1 / (kept * kept)

@@ -1,0 +1,116 @@
+"""When to change lanes: where the path's waypoints lie, decided anew at every sample from the traffic of the moment.
+
+Every obstacle in the ego's own lane that the ego would catch up with at `v_ref` blocks it. With closing speed c, the
+ego is `l_free` behind it after travelling ``v_ref (x_o - l_free - x) / c`` and `l_free` ahead of it after
+``v_ref (x_o + l_free - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
+too close behind each other for a return between them are passed in one go. A change that has begun is kept until its
+arc ends (RESOLUTIONS 22). Nothing here checks that the adjacent lane is free.
+"""
+
+from __future__ import annotations
+
+from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
+from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, where
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+
+KEEP, OUT, BESIDE, BACK = range(4)
+"""Phases: in the own lane, changing out, in the adjacent lane, changing back."""
+
+_FAR = 1e6
+_SLOWEST_CLOSING = 0.1
+"""[m/s] An obstacle that the ego gains on more slowly than this does not block it."""
+
+
+@record
+class Manoeuvre:
+    """What the planner remembers from sample to sample."""
+
+    phase: float = quantity("1", "phase: 0 own lane, 1 changing out, 2 adjacent lane, 3 changing back")
+    planned: float = quantity("1", "1 once a lane change has been planned, else 0")
+    located: float = quantity("1", "1 once the first sample has set the start of the path, else 0")
+    x_0: float = quantity("m", "start of the path, P0")
+    x_1: float = quantity("m", "where the change out begins, P1")
+    x_8: float = quantity("m", "where the change back begins, P8")
+    x_o: float = quantity("m", "boundary corner of the obstacle that is passed first, along the road")
+    y_o: float = quantity("m", "boundary corner of the obstacle that is passed first, across the road")
+
+
+@record
+class Lanes:
+    """The lanes, and how early a lane change has to be complete."""
+
+    y_lane: float = quantity("m", "centre of the ego's own lane")
+    y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    v_ref: float = quantity("m/s", "speed the path is planned for")
+    l_free: float = quantity("m", "distance from an obstacle's centre at which a change is complete or begins")
+    l_sight: float = quantity("m", "distance ahead in which obstacles are considered")
+    l_change: float = quantity("m", "length of one lane change along the road")
+    l_gap: float = quantity("m", "safety gap around an obstacle")
+
+
+def no_manoeuvre() -> Manoeuvre:
+    """Nothing planned yet."""
+    return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0)
+
+
+def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> Manoeuvre:
+    """The manoeuvre seen from this sample."""
+    blocked, x_1, x_8, corner = _blockers(lanes, ego, obstacles)
+    x_0 = where(before.located, before.x_0, ego.x)
+
+    keep = before.phase <= KEEP
+    begins = both(keep, blocked)
+    x_0 = where(both(begins, both(before.planned, before.x_1 < ego.x)), ego.x, x_0)  # a new episode
+    x_1 = where(begins, fmax(x_1, x_0), before.x_1)
+    x_7 = x_1 + lanes.l_change
+    may_return_later = both(before.phase < BACK, blocked)
+    x_8 = where(may_return_later, fmax(x_8, x_7), where(before.phase < BACK, fmax(before.x_8, x_7), before.x_8))
+    planned = fmax(before.planned, where(begins, 1.0, 0.0))
+
+    phase = where(both(begins, ego.x >= x_1), float(OUT), before.phase)
+    phase = where(both(phase == OUT, ego.x >= x_7), float(BESIDE), phase)
+    phase = where(both(phase == BESIDE, ego.x >= x_8), float(BACK), phase)
+    phase = where(both(phase == BACK, ego.x >= x_8 + lanes.l_change), float(KEEP), phase)
+    return Manoeuvre(
+        phase=phase,
+        planned=planned,
+        located=1.0,
+        x_0=x_0,
+        x_1=x_1,
+        x_8=x_8,
+        x_o=where(begins, corner[0], before.x_o),
+        y_o=where(begins, corner[1], before.y_o),
+    )
+
+
+def _blockers(
+    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList
+) -> tuple[bool, float, float, tuple[float, float]]:
+    """Whether the own lane is blocked, P1 and P8 along the road, and the first obstacle's boundary corner."""
+    half_lane = absolute(lanes.y_adjacent - lanes.y_lane) / 2
+    side = where(lanes.y_adjacent < lanes.y_lane, -1.0, 1.0)
+    reached: list[tuple[bool, float, float]] = []
+    first, corner_x, corner_y = _FAR, _FAR, lanes.y_lane
+    for i in range(SLOTS):
+        closing = lanes.v_ref - obstacles.v[i] * cos(obstacles.psi[i])
+        caught = both(closing > _SLOWEST_CLOSING, absolute(obstacles.y[i] - lanes.y_lane) < half_lane)
+        stretch = lanes.v_ref / fmax(closing, _SLOWEST_CLOSING)
+        x_1 = ego.x + stretch * (obstacles.x[i] - lanes.l_free - ego.x) - lanes.l_change
+        x_8 = ego.x + stretch * (obstacles.x[i] + lanes.l_free - ego.x)
+        ahead = both(x_8 > ego.x, x_1 < ego.x + lanes.l_sight)
+        blocks = both(obstacles.valid[i], both(caught, ahead))
+        reached.append((blocks, x_1, x_8))
+        nearer = both(blocks, x_1 < first)
+        first = where(nearer, x_1, first)
+        corner_x = where(nearer, obstacles.x[i] - obstacles.length[i] / 2 - lanes.l_gap, corner_x)
+        corner_y = where(nearer, obstacles.y[i] + side * (obstacles.width[i] / 2 + lanes.l_gap), corner_y)
+
+    blocked = reached[0][0]
+    for blocks, _, _ in reached[1:]:
+        blocked = either(blocked, blocks)
+    back = first
+    for _ in range(SLOTS):  # each round passes at least one more of the obstacles that leave no room for a return
+        for blocks, x_1, x_8 in reached:
+            back = where(both(blocks, x_1 < back + lanes.l_change), fmax(back, x_8), back)
+    return blocked, fmin(first, _FAR), back, (corner_x, corner_y)
