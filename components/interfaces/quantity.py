@@ -36,14 +36,6 @@ class Quantity:
     max: float | None = None
     enumeration: type[IntEnum] | None = None
 
-    def __post_init__(self) -> None:
-        if self.unit not in UNITS:
-            raise refuse(f"quantity `{self.description}`", f"unit `{self.unit}`", choices(UNITS))
-        if not self.description:
-            raise refuse("quantity", "no description", "a phrase that says what it means")
-        if self.min is not None and self.max is not None and self.min > self.max:
-            raise refuse(f"quantity `{self.description}`", f"min {self.min} above max {self.max}", "min <= max")
-
     @property
     def range(self) -> str:
         """The valid values as text."""
@@ -115,4 +107,11 @@ def enumeration(items: type[IntEnum], description: str) -> Any:
 
 
 def _field(declared: Quantity) -> Any:
+    where = f"quantity `{declared.description}`"
+    if declared.unit not in UNITS:
+        raise refuse(where, f"unit `{declared.unit}`", choices(UNITS))
+    if not declared.description:
+        raise refuse("quantity", "no description", "a phrase that says what it means")
+    if declared.min is not None and declared.max is not None and declared.min > declared.max:
+        raise refuse(where, f"min {declared.min} above max {declared.max}", "min <= max")
     return field(metadata={"quantity": declared})

@@ -38,7 +38,7 @@ class Socket:
         names = {v.name for v in offered}
         for signal in wanted:
             if signal.name not in names:
-                text = f"an {role} `{signal.name}` ({_describe(signal.quantity)}), as the socket `{self.name}` asks for"
+                text = f"an {role} `{signal.name}` ({describe(signal.quantity)}), as the socket `{self.name}` asks for"
                 yield Problem(f"{unit}.{signal.name}", "nothing", text)
 
     def _wrong(
@@ -52,7 +52,7 @@ class Socket:
                     names = ", ".join(sorted(declared))
                     yield Problem(f"{unit}.{signal.name}", f"an {role} unknown to the socket `{self.name}`", names)
             elif not _agrees(wanted, signal.quantity):
-                yield Problem(f"{unit}.{signal.name}", _describe(signal.quantity), _describe(wanted))
+                yield Problem(f"{unit}.{signal.name}", describe(signal.quantity), describe(wanted))
 
 
 def _signals(buses: Mapping[str, type]) -> list[Variable]:
@@ -79,6 +79,7 @@ def _agrees(wanted: Quantity, found: Quantity) -> bool:
     return same_shape and wanted.unit == found.unit and wanted.type == found.type
 
 
-def _describe(q: Quantity) -> str:
+def describe(q: Quantity) -> str:
+    """Type, unit and shape of a quantity as text."""
     shape = "" if not q.shape else f" of shape ({', '.join('any' if n == ANY_LENGTH else str(n) for n in q.shape)})"
     return f"{q.type} in `{q.unit}`{shape}"

@@ -1,0 +1,117 @@
+"""Units: running blocks behind one interface, whatever they are made of.
+
+The guaranteed order of calls: `bind`, `enter_initialization`, any of `set` and `get`, `exit_initialization`, then per
+macro step `set`, `step` and `get` in the order of the schedule, and `close` once at the end, whatever happened.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.quantity import Type
+from components.interfaces.record import Variable
+
+Column: TypeAlias = NDArray[Any]
+Operation: TypeAlias = Callable[[], object]
+"""One call that moves values; it returns a false value, or the FMI status that it met."""
+
+DTYPES: Final[Mapping[Type, type[np.generic]]] = {
+    Type.FLOAT64: np.float64,
+    Type.INT32: np.int32,
+    Type.BOOLEAN: np.bool_,
+    Type.ENUMERATION: np.int64,
+}
+"""How values of each type lie in memory; one column per type holds all signals of a system."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What can be seen of a unit before it runs."""
+
+    kind: str
+    inputs: tuple[Variable, ...]
+    outputs: tuple[Variable, ...]
+    parameters: tuple[Variable, ...]
+    feedthrough: NDArray[np.bool_]
+    """(outputs, inputs), variable by variable: whether an input reaches an output without delay"""
+    output_after_set: bool
+    """Whether outputs follow the inputs at one communication point, before the step; if not, they show by stepping."""
+    starts: Mapping[str, Any]
+    """Start values that the unit brings along, by parameter or input."""
+
+
+class UnitFault(RuntimeError):
+    """A unit that could not do what it was asked: which one, what, and what it said about it."""
+
+    def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
+        self.unit = unit
+        self.action = action
+        self.said = tuple(said)
+        super().__init__(f"{unit}: {action}" + (f": {'; '.join(said)}" if said else ""))
+
+
+class Unit(ABC):
+    """A running block. Values pass through the columns it is bound to, one per type, without copies on the way."""
+
+    def __init__(self, name: str, interface: Interface) -> None:
+        self.name = name
+        self.interface = interface
+        self.messages: list[str] = []
+
+    @abstractmethod
+    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+        """The memory that `set` reads and `get` writes, one column per type, in the order of the interface."""
+
+    @abstractmethod
+    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
+        """Make the unit ready for start values. Raises `UnitFault`."""
+
+    @abstractmethod
+    def exit_initialization(self) -> None:
+        """End the initialisation. Raises `UnitFault`."""
+
+    @abstractmethod
+    def setters(self) -> list[Operation]:
+        """The calls that take in all inputs."""
+
+    @abstractmethod
+    def getters(self) -> list[Operation]:
+        """The calls that show all outputs."""
+
+    @abstractmethod
+    def step(self, t: float, h: float) -> object:
+        """Advance from `t` to `t + h`; returns a false value, or the FMI status that it met."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release everything."""
+
+
+def by_type(variables: Sequence[Variable]) -> dict[Type, list[Variable]]:
+    """Variables grouped by type, in order; types that do not occur are left out."""
+    found: dict[Type, list[Variable]] = {}
+    for variable in variables:
+        found.setdefault(variable.quantity.type, []).append(variable)
+    return found
+
+
+def positions(variables: Sequence[Variable]) -> dict[str, tuple[Type, int]]:
+    """For every variable its type and the place of its first element in the column of that type."""
+    found: dict[str, tuple[Type, int]] = {}
+    for kind, group in by_type(variables).items():
+        at = 0
+        for variable in group:
+            found[variable.name] = (kind, at)
+            at += variable.size
+    return found
+
+
+def widths(variables: Sequence[Variable]) -> dict[Type, int]:
+    """Number of elements of each type."""
+    return {kind: sum(v.size for v in group) for kind, group in by_type(variables).items()}

@@ -1,0 +1,228 @@
+"""The master: steps the units of a system at fixed communication points and keeps every row.
+
+The row at t_k holds all outputs at the instant t_k; time is always ``tick * h``. The schedule is lowered once into
+flat tables: one column of memory per type that all units write to and read from, and a list of prepared calls.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from components.interfaces.problem import choices, did_you_mean, refuse
+from components.interfaces.quantity import Type
+from fmus.unit import Operation, Unit, UnitFault
+from orchestrator.schedule import Act, Schedule, sequential
+from orchestrator.system import System
+from orchestrator.table import Log, Table
+
+FMI_WARNING = 1
+
+
+class SimulationFault(RuntimeError):
+    """A run that had to end early: at which tick, which unit, and why. All rows up to it are kept."""
+
+    def __init__(self, tick: int, t: float, unit: str, reason: str) -> None:
+        self.tick, self.time, self.unit, self.reason = tick, t, unit, reason
+        super().__init__(f"tick {tick} (t = {t:g} s), unit `{unit}`: {reason}")
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One communication point."""
+
+    tick: int
+    time: float
+
+
+@dataclass(frozen=True)
+class _Call:
+    unit: Unit
+    act: Act
+    function: Callable[..., object]
+
+
+class Simulation:
+    """One run of a system, stepped by hand or by iteration; use it in a `with` statement.
+
+    Each `step` completes the next instant t_k: afterwards `read` sees every output at t_k, as in the row that has
+    been kept. A `write` acts on what follows, until it is released. Raises `RequestError` for a wrong request and
+    `SimulationFault` when a unit fails or a value is not finite.
+    """
+
+    def __init__(self, system: System, *, h: float, until: float) -> None:
+        self.system = system
+        self.h = h
+        self.last_tick = _ticks(h, until)
+        self.schedule: Schedule = sequential(system)
+        self.tick = -1
+        self._table = Table(system)
+        self.log = Log(self._table, self.last_tick + 1)
+        self.step_times = np.zeros(self.last_tick + 1)
+        """[s] wall time of each macro step"""
+        self._units: dict[str, Unit] = {}
+        self._before: list[tuple[Callable[..., object], bool]] = []
+        self._after: list[tuple[Callable[..., object], bool]] = []
+
+    def __enter__(self) -> Simulation:
+        try:
+            self._start()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    @property
+    def time(self) -> float:
+        """The present instant [s]."""
+        return self.tick * self.h
+
+    def _start(self) -> None:
+        try:
+            for name, source in self.system.units.items():
+                self._units[name] = source.make(name)
+            self._lower()
+            for name, source in self.system.units.items():
+                self._units[name].enter_initialization(source.parameters)
+            for name in self.schedule.order:
+                for function in (*self._gathers(name), *self._units[name].setters(), *self._units[name].getters()):
+                    self._checked(self._units[name], function())
+            for unit in self._units.values():
+                unit.exit_initialization()
+        except UnitFault as fault:
+            raise SimulationFault(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
+
+    def _gathers(self, name: str) -> list[Operation]:
+        return self._table.gathers(name)
+
+    def _lower(self) -> None:
+        """Prepare every call of the macro step."""
+        for name, unit in self._units.items():
+            unit.bind(self._table.inputs(name), self._table.outputs(name))
+        self._before = list(self._calls(self.schedule.before))
+        self._after = list(self._calls(self.schedule.after))
+
+    def _calls(self, acts: Sequence[tuple[Act, str]]) -> Iterator[tuple[Callable[..., object], bool]]:
+        for act, name in acts:
+            unit = self._units[name]
+            if act is Act.STEP:
+                yield unit.step, True
+            elif act is Act.SET:
+                for function in (*self._gathers(name), *unit.setters()):
+                    yield function, False
+            else:
+                for function in unit.getters():
+                    yield function, False
+
+    def _run(self, calls: list[tuple[Callable[..., object], bool]], acts: Sequence[tuple[Act, str]]) -> None:
+        t, h = self.tick * self.h, self.h
+        for function, timed in calls:
+            status = function(t, h) if timed else function()
+            if status:
+                self._checked(self._culprit(function, acts), status)
+
+    def _culprit(self, function: Callable[..., object], acts: Sequence[tuple[Act, str]]) -> Unit:
+        for name in dict.fromkeys(name for _, name in acts):
+            unit = self._units[name]
+            if function in (unit.step, *unit.setters(), *unit.getters()):
+                return unit
+        raise AssertionError("a call of no unit")  # pragma: no cover - every call was made from a unit
+
+    def _checked(self, unit: Unit, status: object) -> None:
+        if isinstance(status, int) and status > FMI_WARNING:
+            words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
+            said = f": {'; '.join(unit.messages)}" if unit.messages else ""
+            raise SimulationFault(self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + said)
+
+    def step(self) -> Tick:
+        """Complete the next instant and keep its row. Raises `StopIteration` after the last."""
+        if self.tick >= self.last_tick:
+            raise StopIteration
+        began = time.perf_counter()
+        if self.tick >= 0:
+            self._run(self._after, self.schedule.after)
+        self.tick += 1
+        self._run(self._before, self.schedule.before)
+        finite = self.log.keep(self.tick)
+        self.step_times[self.tick] = time.perf_counter() - began
+        if not finite:
+            path, value = self._table.first_not_finite()
+            raise SimulationFault(self.tick, self.time, path.partition(".")[0], f"the signal `{path}` is {value}")
+        return Tick(self.tick, self.time)
+
+    def __iter__(self) -> Iterator[Tick]:
+        while self.tick < self.last_tick:
+            yield self.step()
+
+    def run(self) -> None:
+        """Step to the end."""
+        while self.tick < self.last_tick:
+            self.step()
+
+    def read(self, path: str) -> Any:
+        """The present value of an output signal: a number, or an array."""
+        return self._table.read(self._known(path, "outputs"))
+
+    def write(self, path: str, value: Any) -> None:
+        """Hold an input at `value` from now on, in place of its connection."""
+        unit, _, name = self._known(path, "inputs").partition(".")
+        variable = self.system.variable(path, role="inputs")
+        if problems := variable.quantity.problems(path, value):
+            raise refuse(path, problems[0].found, problems[0].valid)
+        self._table.hold(unit, name, value)
+        self._lower()
+
+    def release(self, path: str) -> None:
+        """Give a written input back to its connection."""
+        unit, _, name = self._known(path, "inputs").partition(".")
+        self._table.release(unit, name)
+        self._lower()
+
+    def _known(self, path: str, role: str) -> str:
+        known = [f"{n}.{v.name}" for n, s in self.system.units.items() for v in getattr(s.interface, role)]
+        if path not in known:
+            raise refuse(path, f"no such {role[:-1]}", choices(known), did_you_mean(path, known))
+        return path
+
+    def frame(self) -> pd.DataFrame:
+        """All rows so far: column `time` [s], then one column per signal element."""
+        n = self.log.kept
+        columns: dict[str, Any] = {"time": np.arange(n) * self.h}
+        for name, kind, at in self._table.elements():
+            columns[name] = self.log.rows[kind][:n, at].copy()
+        return pd.DataFrame(columns)
+
+    def close(self) -> None:
+        """Release all units; rows stay."""
+        for unit in self._units.values():
+            unit.close()
+
+
+def simulate(system: System, *, h: float, until: float) -> pd.DataFrame:
+    """Run a system from 0 to `until` with macro step `h`, and give all rows."""
+    with Simulation(system, h=h, until=until) as simulation:
+        simulation.run()
+        return simulation.frame()
+
+
+def _ticks(h: float, until: float) -> int:
+    if not (np.isfinite(h) and h > 0):
+        raise refuse("step", f"{h:g} s", "a positive number of seconds")
+    if not (np.isfinite(until) and until >= 0):
+        raise refuse("stop time", f"{until:g} s", "a number of seconds, 0 or more")
+    ticks = round(until / h)
+    if abs(ticks * h - until) > 1e-9 * max(1.0, until):
+        raise refuse("stop time", f"{until:g} s", f"a whole number of steps of {h:g} s", f"Try {ticks * h:g} s.")
+    return ticks
+
+
+__all__ = ["Simulation", "SimulationFault", "Tick", "Type", "simulate"]

@@ -1,0 +1,19 @@
+"""The scene: what the world is like apart from the units; metrics and pictures need it, no unit reads it."""
+
+from __future__ import annotations
+
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+
+
+@record
+class Scene:
+    """The road, and the box of the ego vehicle around its centre of gravity."""
+
+    ego_length: float = quantity("m", "length of the ego vehicle", min=0)
+    ego_width: float = quantity("m", "width of the ego vehicle", min=0)
+    y_left: float = quantity("m", "left edge of the road")
+    y_right: float = quantity("m", "right edge of the road")
+    y_lane: float = quantity("m", "centre of the ego's own lane")
+    y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    l_gap: float = quantity("m", "safety gap around an obstacle", min=0)

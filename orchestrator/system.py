@@ -1,0 +1,190 @@
+"""Systems: units, connections and parameter values, checked completely before anything runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from components.interfaces.block import Block
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from components.interfaces.record import Variable
+from components.interfaces.socket import Socket, describe
+from fmus.archive import Archive, open_fmu
+from fmus.block_unit import BlockUnit, interface_of
+from fmus.fmu_unit import fmu_unit
+from fmus.unit import Interface, Unit
+
+
+@dataclass(frozen=True)
+class InProcess:
+    """A block that runs in this process, with its parameter values."""
+
+    block: type[Block[Any, Any, Any]]
+    parameters: Mapping[str, Any]
+
+    @property
+    def interface(self) -> Interface:
+        """What the unit looks like from outside."""
+        return interface_of(self.block)
+
+    def make(self, name: str) -> Unit:
+        """The running unit."""
+        return BlockUnit(name, self.block)
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU file, with the parameter values that differ from its own start values."""
+
+    path: Path
+    parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    @cached_property
+    def archive(self) -> Archive:
+        """The file, opened and understood. Raises `RequestError`."""
+        return open_fmu(Path(self.path))
+
+    @property
+    def interface(self) -> Interface:
+        """What the unit looks like from outside."""
+        return self.archive.interface
+
+    def make(self, name: str) -> Unit:
+        """The running unit."""
+        return fmu_unit(name, self.archive)
+
+
+Source: TypeAlias = InProcess | Fmu
+
+
+def block_source(value: Block[Any, Any, Any]) -> InProcess:
+    """A block with its values, as a unit of a system."""
+    return InProcess(type(value), {f.name: getattr(value, f.name) for f in dataclasses.fields(value)})  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Connection:
+    """One input signal and the output signal that drives it."""
+
+    unit: str
+    input: str
+    source: str
+    output: str
+
+    def __str__(self) -> str:
+        return f"{self.source}.{self.output} -> {self.unit}.{self.input}"
+
+
+@dataclass(frozen=True)
+class System:
+    """Units, what drives each of their inputs, and the sockets they fill.
+
+    `wiring` maps an input (a signal, or a whole bus) to the output that drives it, both with their unit:
+    ``{"controller.ego": "plant.state"}``. `held` gives inputs a constant value instead.
+    All problems are gathered and raised at once, as a `RequestError`.
+    """
+
+    units: Mapping[str, Source]
+    wiring: Mapping[str, str]
+    held: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    sockets: Mapping[str, Socket] = field(default_factory=dict[str, Socket])
+
+    def __post_init__(self) -> None:
+        raise_if_any(_problems(self))
+
+    @cached_property
+    def connections(self) -> tuple[Connection, ...]:
+        """The wiring, signal by signal."""
+        return tuple(c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection))
+
+    def variable(self, path: str, *, role: str = "outputs") -> Variable:
+        """The input or output at a full signal path. Raises `KeyError`."""
+        unit, _, name = path.partition(".")
+        return {v.name: v for v in getattr(self.units[unit].interface, role)}[name]
+
+
+def _problems(system: System) -> Iterator[Problem]:
+    for name, socket in system.sockets.items():
+        interface = system.units[name].interface
+        yield from socket.problems(name, interface.inputs, interface.outputs)
+    for name, source in system.units.items():
+        yield from _parameter_problems(name, source)
+    driven: dict[str, str] = {}
+    for key, value in system.wiring.items():
+        for found in _expand(system, key, value):
+            if isinstance(found, Problem):
+                yield found
+                continue
+            path = f"{found.unit}.{found.input}"
+            if path in driven:
+                yield Problem(path, f"two sources, {driven[path]} and {found.source}.{found.output}", "one source")
+            driven[path] = f"{found.source}.{found.output}"
+            yield from _mismatch(system, found)
+    yield from _held_problems(system, driven)
+
+
+def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Problem]:
+    inputs = {f"{n}.{v.name}": v for n, s in system.units.items() for v in s.interface.inputs}
+    for path, value in system.held.items():
+        if path not in inputs:
+            yield Problem(path, "a value for an input that does not exist", choices(inputs), did_you_mean(path, inputs))
+        elif path in driven:
+            yield Problem(path, f"two sources, {driven[path]} and a held value", "one source")
+        else:
+            yield from inputs[path].quantity.problems(path, np.asarray(value))
+    for path in inputs:
+        if path not in driven and path not in system.held:
+            yield Problem(path, "no source", "a connection or a held value", "Connect it, or give it a value.")
+
+
+def _parameter_problems(name: str, source: Source) -> Iterator[Problem]:
+    declared = {v.name: v for v in source.interface.parameters}
+    for parameter, value in source.parameters.items():
+        if parameter in declared:
+            yield from declared[parameter].quantity.problems(f"{name}.{parameter}", value)
+        else:
+            kind = source.interface.kind
+            valid = f"a parameter of `{kind}`: {choices(declared)}"
+            yield Problem(f"{name}.{parameter}", "an unknown parameter", valid, did_you_mean(parameter, declared))
+    for parameter, variable in declared.items():
+        if parameter not in source.parameters and parameter not in source.interface.starts:
+            remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
+            yield Problem(f"{name}.{parameter}", "no value", variable.quantity.range, remedy)
+
+
+def _expand(system: System, key: str, value: str) -> Iterator[Connection | Problem]:
+    """The signals that a wire between two signals, or two buses, connects."""
+    unit, _, port = key.partition(".")
+    source, _, output = value.partition(".")
+    for side in (unit, source):
+        if side not in system.units:
+            yield Problem(f"{value} -> {key}", f"the unknown unit `{side}`", choices(system.units))
+            return
+    inputs = [v.name for v in system.units[unit].interface.inputs]
+    outputs = [v.name for v in system.units[source].interface.outputs]
+    if port in inputs or output in outputs:
+        pairs = [(port, output)]
+    else:
+        pairs = [(name, output + name[len(port) :]) for name in inputs if name.startswith(port + ".")]
+    if not pairs:
+        pairs = [(port, output)]
+    for name, wanted in pairs:
+        if name not in inputs:
+            yield Problem(f"{unit}.{name}", "no such input", choices(inputs), did_you_mean(name, inputs))
+        elif wanted not in outputs:
+            yield Problem(f"{source}.{wanted}", "no such output", choices(outputs), did_you_mean(wanted, outputs))
+        else:
+            yield Connection(unit, name, source, wanted)
+
+
+def _mismatch(system: System, wire: Connection) -> Iterator[Problem]:
+    wanted = system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity
+    found = system.variable(f"{wire.source}.{wire.output}").quantity
+    if (wanted.type, wanted.unit, wanted.shape) != (found.type, found.unit, found.shape):
+        yield Problem(str(wire), describe(found), describe(wanted))

@@ -1,0 +1,140 @@
+"""The signal table: one column of memory per type that every unit writes its outputs to and reads its inputs from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from components.interfaces.quantity import Type
+from fmus.unit import DTYPES, Column, Operation, positions, widths
+from orchestrator.system import System
+
+
+class Table:
+    """Memory for all outputs, in the order of the units, and behind them a slot for each input that is held.
+
+    A unit's inputs are a view of the outputs that drive them where these lie side by side, else a copy by index.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self._first: dict[str, dict[Type, int]] = {}
+        self._held_first: dict[str, dict[Type, int]] = {}
+        length = dict.fromkeys(Type, 0)
+        for role, first in (("outputs", self._first), ("inputs", self._held_first)):
+            for name, source in system.units.items():
+                width = widths(getattr(source.interface, role))
+                first[name] = {kind: length[kind] for kind in width}
+                for kind, n in width.items():
+                    length[kind] += n
+            if role == "outputs":
+                self.recorded = dict(length)
+        self.columns: dict[Type, Column] = {kind: np.zeros(n, dtype=DTYPES[kind]) for kind, n in length.items()}
+        self._held: set[tuple[str, str]] = set()
+        self._gathers: dict[str, list[Operation]] = {}
+        for path, value in system.held.items():
+            unit, _, name = path.partition(".")
+            self.hold(unit, name, value)
+
+    def _slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
+        first = self._first if role == "outputs" else self._held_first
+        kind, at = positions(getattr(self.system.units[unit].interface, role))[name]
+        start = first[unit][kind] + at
+        return kind, slice(start, start + self.system.variable(f"{unit}.{name}", role=role).size)
+
+    def outputs(self, unit: str) -> Mapping[Type, Column]:
+        """Where a unit writes its outputs."""
+        width = widths(self.system.units[unit].interface.outputs)
+        return {kind: self.columns[kind][(a := self._first[unit][kind]) : a + n] for kind, n in width.items()}
+
+    def inputs(self, unit: str) -> Mapping[Type, Column]:
+        """Where a unit reads its inputs; `gathers` has to bring them there first."""
+        drivers = {c.input: c for c in self.system.connections if c.unit == unit}
+        indices: dict[Type, list[int]] = {}
+        for variable in self.system.units[unit].interface.inputs:
+            wire = drivers.get(variable.name)
+            if wire is None or (unit, variable.name) in self._held:
+                kind, slots = self._slots(unit, variable.name, "inputs")
+            else:
+                kind, slots = self._slots(wire.source, wire.output, "outputs")
+            indices.setdefault(kind, []).extend(range(slots.start, slots.stop))
+        found: dict[Type, Column] = {}
+        self._gathers[unit] = []
+        for kind, places in indices.items():
+            column = self.columns[kind]
+            if places == list(range(places[0], places[0] + len(places))):
+                found[kind] = column[places[0] : places[0] + len(places)]
+            else:
+                found[kind] = np.zeros(len(places), dtype=column.dtype)
+                # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
+                self._gathers[unit].append(_Gather(column, np.array(places), found[kind]))
+        return found
+
+    def gathers(self, unit: str) -> list[Operation]:
+        """The copies that bring scattered inputs of a unit together."""
+        return self._gathers[unit]
+
+    def read(self, path: str) -> Any:
+        """The value of an output now."""
+        unit, _, name = path.partition(".")
+        variable = self.system.variable(path)
+        kind, slots = self._slots(unit, name, "outputs")
+        values = self.columns[kind][slots]
+        return values.reshape(variable.quantity.shape).copy() if variable.quantity.shape else values[0].item()
+
+    def hold(self, unit: str, name: str, value: Any) -> None:
+        """Give an input a constant value in place of its connection."""
+        kind, slots = self._slots(unit, name, "inputs")
+        self.columns[kind][slots] = np.asarray(value).ravel()
+        self._held.add((unit, name))
+
+    def release(self, unit: str, name: str) -> None:
+        """Give an input back to its connection; one without a connection keeps its value."""
+        self._held.discard((unit, name))
+
+    def elements(self) -> list[tuple[str, Type, int]]:
+        """Every recorded element: full path, type and place in the column of that type."""
+        found: list[tuple[str, Type, int]] = []
+        for unit, source in self.system.units.items():
+            for variable in source.interface.outputs:
+                kind, slots = self._slots(unit, variable.name, "outputs")
+                found += [(f"{unit}.{e}", kind, slots.start + i) for i, e in enumerate(variable.elements)]
+        return found
+
+    def first_not_finite(self) -> tuple[str, float]:
+        """The first output that is not a finite number."""
+        values = self.columns[Type.FLOAT64]
+        for path, kind, at in self.elements():
+            if kind is Type.FLOAT64 and not np.isfinite(values[at]):
+                return path, float(values[at])
+        raise LookupError("all signals are finite")
+
+
+def _Gather(column: Column, places: Column, out: Column) -> Operation:
+    take = partial(column.take, places, None, out, "clip")
+
+    def gather() -> None:
+        take()
+
+    return gather
+
+
+class Log:
+    """All rows of a run, in memory reserved at the start."""
+
+    def __init__(self, table: Table, length: int) -> None:
+        self.kept = 0
+        self.rows = {kind: np.zeros((length, n), dtype=DTYPES[kind]) for kind, n in table.recorded.items()}
+        self._copies = [(self.rows[kind], table.columns[kind][:n]) for kind, n in table.recorded.items() if n]
+        self._numbers = table.columns[Type.FLOAT64][: table.recorded[Type.FLOAT64]]
+        self._zeros = np.zeros_like(self._numbers)
+
+    def keep(self, tick: int) -> bool:
+        """Keep the present values as the row of `tick`; tells whether all of them are finite."""
+        for rows, values in self._copies:
+            rows[tick] = values
+        self.kept = tick + 1
+        return self._zeros.dot(self._numbers) == 0.0  # 0 x (inf or NaN) is NaN
