@@ -94,7 +94,8 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     y_left: float = quantity("m", "left edge of the road")
     y_right: float = quantity("m", "right edge of the road")
     l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
-    l_free: float = quantity("m", "distance from an obstacle's centre at which a change is complete or begins", min=0)
+    l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete", min=0)
+    l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins", min=0)
     l_sight: float = quantity("m", "distance ahead in which obstacles are considered", min=0)
     l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
     l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
@@ -161,7 +162,8 @@ def _reference(self: Mpc, x: MpcState, u: ControllerInputs) -> Reference:
         y_lane=self.y_lane,
         y_adjacent=self.y_adjacent,
         v_ref=self.v_ref,
-        l_free=self.l_free,
+        l_before=self.l_before,
+        l_after=self.l_after,
         l_sight=self.l_sight,
         l_change=shape.length,
         l_gap=self.l_gap,

@@ -1,8 +1,8 @@
 """When to change lanes: where the path's waypoints lie, decided anew at every sample from the traffic of the moment.
 
 Every obstacle in the ego's own lane that the ego would catch up with at `v_ref` blocks it. With closing speed c, the
-ego is `l_free` behind it after travelling ``v_ref (x_o - l_free - x) / c`` and `l_free` ahead of it after
-``v_ref (x_o + l_free - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
+ego is `l_before` behind it after travelling ``v_ref (x_o - l_before - x) / c`` and `l_after` ahead of it after
+``v_ref (x_o + l_after - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
 too close behind each other for a return between them are passed in one go. A change that has begun is kept until its
 arc ends (RESOLUTIONS 22). Nothing here checks that the adjacent lane is free.
 """
@@ -43,7 +43,8 @@ class Lanes:
     y_lane: float = quantity("m", "centre of the ego's own lane")
     y_adjacent: float = quantity("m", "centre of the adjacent lane")
     v_ref: float = quantity("m/s", "speed the path is planned for")
-    l_free: float = quantity("m", "distance from an obstacle's centre at which a change is complete or begins")
+    l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete")
+    l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins")
     l_sight: float = quantity("m", "distance ahead in which obstacles are considered")
     l_change: float = quantity("m", "length of one lane change along the road")
     l_gap: float = quantity("m", "safety gap around an obstacle")
@@ -96,8 +97,8 @@ def _blockers(
         closing = lanes.v_ref - obstacles.v[i] * cos(obstacles.psi[i])
         caught = both(closing > _SLOWEST_CLOSING, absolute(obstacles.y[i] - lanes.y_lane) < half_lane)
         stretch = lanes.v_ref / fmax(closing, _SLOWEST_CLOSING)
-        x_1 = ego.x + stretch * (obstacles.x[i] - lanes.l_free - ego.x) - lanes.l_change
-        x_8 = ego.x + stretch * (obstacles.x[i] + lanes.l_free - ego.x)
+        x_1 = ego.x + stretch * (obstacles.x[i] - lanes.l_before - ego.x) - lanes.l_change
+        x_8 = ego.x + stretch * (obstacles.x[i] + lanes.l_after - ego.x)
         ahead = both(x_8 > ego.x, x_1 < ego.x + lanes.l_sight)
         blocks = both(obstacles.valid[i], both(caught, ahead))
         reached.append((blocks, x_1, x_8))

@@ -1,0 +1,261 @@
+"""Scenarios: from a readable file and a person's options to a checked system and its experiment."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import fmus
+from components import BLOCKS
+from components.interfaces.block import Block
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.record import Variable, variables
+from components.interfaces.sockets import SOCKETS
+from fmus.build import build_all
+from fmus.version import Version
+from orchestrator.parameters import (
+    SCENARIOS,
+    Given,
+    Part,
+    ScenarioFile,
+    Setting,
+    checked,
+    parameter_set,
+    read_toml,
+    values_of,
+)
+from orchestrator.scene import Scene
+from orchestrator.system import Fmu, InProcess, Source, System
+
+WIRING: Final = {
+    "plant.actuation": "controller.actuation",
+    "traffic.ego": "plant.state",
+    "controller.ego": "plant.state",
+    "controller.obstacles": "traffic.obstacles",
+}
+"""How the three sockets are connected, in every scenario."""
+
+Mode = Literal["blocks"] | Version
+"""How blocks run: in this process, or as FMUs of a version."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a person changes of a scenario for one run."""
+
+    mode: Mode = Version.FMI3
+    replacements: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Block name or FMU file by socket"""
+    settings: Sequence[str] = ()
+    """`controller.b_3=1e-2`"""
+    step: float | None = None
+    stop_time: float | None = None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A system with an experiment, ready to run."""
+
+    name: str
+    title: str
+    system: System
+    scene: Scene
+    h: float
+    until: float
+    sources: Mapping[str, Mapping[str, Any]]
+    """Value, unit and source of every parameter, by full path"""
+    remarks: tuple[str, ...] = ()
+
+
+def names() -> list[str]:
+    """The scenarios that come with macrostep."""
+    return sorted(path.stem for path in SCENARIOS.glob("*.toml"))
+
+
+def read(request: str) -> tuple[str, ScenarioFile]:
+    """The name and content of a scenario, given by name or as a file. Raises `RequestError`."""
+    path = Path(request)
+    if path.suffix != ".toml":
+        if request not in names():
+            remedy = did_you_mean(request, names()) or "`macrostep list` shows them all."
+            raise refuse(f"scenario `{request}`", "no such scenario", f"{choices(names())}, or a .toml file", remedy)
+        path = SCENARIOS / f"{request}.toml"
+    return path.stem, checked(ScenarioFile, read_toml(path), str(path) if path.suffix == request[-5:] else path.name)
+
+
+def built_folder() -> Path:
+    """Where built FMUs are: in the checkout, or in the user's cache when macrostep is installed."""
+    package = Path(fmus.__file__).parent
+    if (package.parent / "pyproject.toml").is_file():
+        return package / "built"
+    import platformdirs  # noqa: PLC0415 - only an installed macrostep needs it
+
+    return platformdirs.user_cache_path("macrostep") / "built"
+
+
+def block_named(name: str, where: str) -> type[Block[Any, Any, Any]]:
+    """A block of the catalogue. Raises `RequestError`."""
+    if name not in BLOCKS:
+        raise refuse(where, f"the unknown block `{name}`", choices(BLOCKS), did_you_mean(name, BLOCKS))
+    return BLOCKS[name]
+
+
+def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
+    """The numbers of a block's own parameter set: the start values of its FMU."""
+    values, problems = values_of(block.name, block.parameters(), parameter_set(block.name), {})
+    raise_if_any(problems)
+    return values
+
+
+def ensure_built(
+    blocks: Sequence[type[Block[Any, Any, Any]]],
+    versions: Sequence[Version],
+    folder: Path,
+    progress: Callable[[str], None],
+) -> dict[tuple[str, Version], Path]:
+    """Build what is missing or out of date; the FMU file of each block and version."""
+    requests = [(block, version, default_values(block)) for block in blocks for version in versions]
+    built = build_all(requests, folder, progress)
+    return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
+
+
+def prepare(request: str, options: Options, progress: Callable[[str], None] = lambda _: None) -> Scenario:
+    """Read a scenario, apply the options, build the FMUs it needs, and check everything. Raises `RequestError`."""
+    name, content = read(request)
+    settings = _settings(options.settings)
+    remarks: list[str] = []
+    parts: dict[str, Part] = {}
+    for socket in SOCKETS:
+        parts[socket] = _replaced(socket, getattr(content, socket), options.replacements.get(socket), remarks)
+    kinds = {s: block_named(p.block, f"{name}: {s}.block") for s, p in parts.items() if p.block is not None}
+
+    problems: list[Problem] = []
+    sources: dict[str, Mapping[str, Any]] = {}
+    values: dict[str, dict[str, Any]] = {}
+    for socket, part in parts.items():
+        if part.fmu is None:
+            declared, defaults = kinds[socket].parameters(), parameter_set(kinds[socket].name)
+        else:
+            declared, defaults = Fmu(Path(part.fmu)).interface.parameters, {}
+        values[socket], found = values_of(socket, declared, defaults, part.parameters, settings[socket])
+        problems += found
+        sources |= _sources(socket, declared, values[socket], {**defaults, **part.parameters}, settings[socket])
+    scene, scene_sources, found = _scene(content.scene.parameters, settings["scene"])
+    h, until, given = _experiment(content, options)
+    raise_if_any([*problems, *found])
+
+    units = _units(parts, kinds, values, options.mode, progress)
+    system = System(units=units, wiring=WIRING, sockets=SOCKETS)
+    return Scenario(
+        name=name,
+        title=content.title,
+        system=system,
+        scene=scene(),
+        h=h,
+        until=until,
+        sources={**sources, **scene_sources, **given},
+        remarks=tuple(remarks),
+    )
+
+
+def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[str]) -> Part:
+    """The part a person chose instead; parameters of the scenario go along where the new one has them."""
+    if replacement is None:
+        return part.model_copy(update={"parameters": dict(part.parameters)})
+    if replacement.endswith(".fmu"):
+        declared = {v.name for v in Fmu(Path(replacement)).interface.parameters}
+        made = {"fmu": replacement, "block": None}
+    else:
+        declared = {v.name for v in block_named(replacement, f"--{socket}").parameters()}
+        made = {"fmu": None, "block": replacement}
+    kept = {n: g for n, g in part.parameters.items() if n in declared}
+    dropped = sorted(part.parameters.keys() - kept.keys())
+    if dropped:
+        remarks.append(f"{socket}: `{replacement}` has no parameters {', '.join(dropped)}; the scenario's are not used")
+    return Part.model_validate({**made, "parameters": kept})
+
+
+def _units(
+    parts: Mapping[str, Part],
+    kinds: Mapping[str, type[Block[Any, Any, Any]]],
+    values: Mapping[str, Mapping[str, Any]],
+    mode: Mode,
+    progress: Callable[[str], None],
+) -> dict[str, Source]:
+    files: dict[tuple[str, Version], Path] = {}
+    if mode != "blocks":
+        files = ensure_built(list(kinds.values()), [mode], built_folder(), progress)
+    units: dict[str, Source] = {}
+    for socket, part in parts.items():
+        if part.fmu is not None:
+            units[socket] = Fmu(Path(part.fmu), values[socket])
+        elif mode == "blocks":
+            units[socket] = InProcess(kinds[socket], values[socket])
+        else:
+            units[socket] = Fmu(files[kinds[socket].name, mode], values[socket])
+    return units
+
+
+def _sources(
+    where: str,
+    declared: Sequence[Variable],
+    values: Mapping[str, Any],
+    given: Mapping[str, Given],
+    settings: Sequence[Setting],
+) -> dict[str, Mapping[str, Any]]:
+    units = {v.name: v.quantity.unit for v in declared}
+    origin = {name: g.source for name, g in given.items()} | {s.name: "--set" for s in settings}
+    return {f"{where}.{n}": {"value": v, "unit": units[n], "source": origin[n]} for n, v in values.items()}
+
+
+def _scene(
+    own: Mapping[str, Given], settings: Sequence[Setting]
+) -> tuple[Callable[[], Scene], dict[str, Mapping[str, Any]], list[Problem]]:
+    defaults, declared = parameter_set("scene"), variables(Scene)
+    values, problems = values_of("scene", declared, defaults, own, settings)
+    return lambda: Scene(**values), _sources("scene", declared, values, {**defaults, **own}, settings), problems
+
+
+def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, dict[str, Mapping[str, Any]]]:
+    chosen: dict[str, float] = {}
+    told: dict[str, Mapping[str, Any]] = {}
+    for name, override in (("step", options.step), ("stop_time", options.stop_time)):
+        given: Given = getattr(content.experiment, name)
+        if override is not None:
+            given = Given(value=override, unit="s", source=f"--{name.replace('_', '-')}")
+        if given.unit != "s" or not isinstance(given.value, int | float):
+            raise refuse(f"experiment.{name}", f"`{given.value}` in `{given.unit}`", "a number in `s`")
+        chosen[name] = float(given.value)
+        told[f"experiment.{name}"] = given.model_dump()
+    return chosen["step"], chosen["stop_time"], told
+
+
+_SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
+
+
+def _settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
+    """`controller.b_3=1e-2` and the like, by unit. Raises `RequestError`."""
+    found: dict[str, list[Setting]] = {unit: [] for unit in (*SOCKETS, "scene")}
+    problems: list[Problem] = []
+    for text in texts:
+        match = _SETTING.fullmatch(text)
+        if match is None:
+            problems.append(Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2."))
+        elif match["unit"] not in found:
+            problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
+        else:
+            index = None if match["index"] is None else int(match["index"])
+            found[match["unit"]].append(Setting(match["unit"], match["name"], index, _literal(match["value"])))
+    raise_if_any(problems)
+    return found
+
+
+def _literal(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text  # the check of the parameter says what it should have been
