@@ -1,0 +1,118 @@
+"""Building FMUs: each block's C is generated and compiled once, for both versions of FMI, and only when it changed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from components.interfaces.block import Block
+from components.interfaces.maths import Array
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from fmus.compiler import BuildError, Compiler, find_compiler, required_compiler
+from fmus.fingerprint import Stamp, stamp
+from fmus.pack import writable_folder
+from fmus.version import Version
+from fmus.workshop import Workshop
+
+__all__ = ["BuildError", "Built", "build", "build_all"]
+
+@dataclass(frozen=True)
+class Built:
+    """An FMU that is there now, and whether it had to be built."""
+
+    path: Path
+    rebuilt: bool
+
+
+@dataclass(frozen=True)
+class _Job:
+    block: type[Block[Any, Any, Any]]
+    version: Version
+    start: Array
+    path: Path
+    stamp: Stamp | None
+
+
+def build(block: type[Block[Any, Any, Any]], version: Version, start: Mapping[str, Any], folder: Path) -> Built:
+    """Build `folder/fmi2/NAME.fmu` or `folder/fmi3/NAME.fmu`, unless it is there and up to date.
+
+    `start` gives every parameter its start value. Raises `RequestError` for wrong start values, a folder that
+    cannot be written to, or a missing compiler, and `BuildError` when the compiler fails.
+    """
+    return build_all([(block, version, start)], folder, lambda _: None)[0]
+
+
+def build_all(
+    requests: Sequence[tuple[type[Block[Any, Any, Any]], Version, Mapping[str, Any]]],
+    folder: Path,
+    progress: Callable[[str], None],
+) -> list[Built]:
+    """Build several FMUs on all cores, as `build` does; `progress` hears of each that had to be built."""
+    raise_if_any(problem for block, _, start in requests for problem in start_problems(block, start))
+    found = find_compiler()
+    jobs = [_job(block, version, start, folder, found) for block, version, start in requests]
+    stale = [job for job in jobs if job.stamp is None or not job.stamp.fits(job.path, with_compiler=found is not None)]
+    if stale:
+        compiler = required_compiler()
+        for parent in dict.fromkeys(job.path.parent for job in stale):
+            writable_folder(parent)
+        _build(stale, compiler, progress)
+    return [Built(job.path, job in stale) for job in jobs]
+
+
+def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
+    """What is wrong with the start values given for a block's parameters."""
+    declared = {v.name: v.quantity for v in block.parameters()}
+    found = [
+        Problem(f"{block.name}.{name}", "no value", q.range, "Parameters have no default: give it a start value.")
+        for name, q in declared.items()
+        if name not in start
+    ]
+    for name, value in start.items():
+        if name in declared:
+            found += declared[name].problems(f"{block.name}.{name}", value)
+        else:
+            remedy = did_you_mean(name, declared)
+            found.append(Problem(f"{block.name}.{name}", "an unknown parameter", choices(declared), remedy))
+    return found
+
+
+def _job(
+    block: type[Block[Any, Any, Any]],
+    version: Version,
+    start: Mapping[str, Any],
+    folder: Path,
+    compiler: Compiler | None,
+) -> _Job:
+    values = [np.ravel(np.asarray(start[v.name], dtype=float)) for v in block.parameters()]
+    column = np.concatenate(values) if values else np.zeros(0)
+    path = folder / f"fmi{version}" / f"{block.name}.fmu"
+    return _Job(block, version, column, path, stamp(block, version, column, compiler))
+
+
+def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Callable[[str], None]) -> None:
+    """Generate in this thread, which CasADi needs for itself, while others compile what is there already."""
+    alike: dict[tuple[Any, bytes], list[_Job]] = {}
+    for job in sorted(jobs, key=lambda job: not job.block.staged):  # the long compilations first
+        alike.setdefault((job.block, job.start.tobytes()), []).append(job)
+    pool = ThreadPoolExecutor(os.cpu_count())
+    with TemporaryDirectory(prefix="macrostep_") as temporary:
+        try:
+            workshop = Workshop(Path(temporary), compiler, pool, {job.version for job in jobs})
+            parts = [(workshop.start(group[0].block, group[0].start), group) for group in alike.values()]
+            # all compilations are under way now, so that those who wait for them cannot block them
+            written = [
+                (job, workshop.finish(part, job.version, job.path, job.stamp)) for part, group in parts for job in group
+            ]
+            for job, done in written:
+                done.result()
+                progress(f"built {job.block.name} for FMI {job.version}.0")
+        finally:
+            pool.shutdown(cancel_futures=True)

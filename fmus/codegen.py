@@ -1,0 +1,134 @@
+"""C from a block: its equations (by CasADi) and the table of its variables (see runtime/model.h)."""
+# pyright: basic
+# CasADi carries no types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import casadi as ca
+
+from components.interfaces.quantity import Type
+from components.interfaces.record import Variable
+from fmus.interface import FmiVariable, Interface
+from fmus.lower import Lowered
+
+_ROLES = {
+    ("parameter", "fixed"): "FIXED_PARAMETER",
+    ("parameter", "tunable"): "TUNABLE_PARAMETER",
+    ("input", "continuous"): "INPUT",
+    ("input", "discrete"): "INPUT",
+    ("output", "continuous"): "OUTPUT",
+    ("output", "discrete"): "OUTPUT",
+}
+_TYPES = {Type.FLOAT64: "FLOAT64", Type.INT32: "INT32", Type.BOOLEAN: "BOOLEAN", Type.ENUMERATION: "ENUMERATION"}
+_MOST_VARIABLES = 65535
+"""What a reference of `variable_of` in runtime/model.h can name."""
+
+
+def equations_source(lowered: Lowered) -> str:
+    """The text of model.c: the functions of a block.
+
+    A sampled block has no `output`: `step` gives the outputs, and its equations stand in the file once.
+    """
+    generator = ca.CodeGenerator("model.c", {"with_export": False, "casadi_int": "long long int"})
+    for function in (lowered.start, lowered.step) if lowered.sampled else (lowered.start, lowered.output, lowered.step):
+        generator.add(_dense(function))
+    return generator.dump()
+
+
+def _dense(function: ca.Function) -> ca.Function:
+    """The function with all results as full columns: CasADi leaves structural zeros out of sparse ones."""
+    if all(function.sparsity_out(i).is_dense() for i in range(function.n_out())):
+        return function
+    arguments = function.mx_in()
+    results = [ca.densify(result) for result in function.call(arguments)]
+    return ca.Function(function.name(), arguments, results, function.name_in(), function.name_out())
+
+
+def variables_source(interface: Interface, token: str) -> str:
+    """The text of variables.c: names, types, ranges and start values, and the sizes of all columns."""
+    table = _table(interface)
+    if len(table) > _MOST_VARIABLES:
+        message = f"{interface.block.name} has {len(table)} variables; valid: at most {_MOST_VARIABLES}"
+        raise ValueError(message)
+    start = [value for v in (*interface.parameters, *interface.inputs) for value in v.start]
+    owner = [index for index, (variable, _, _) in enumerate(table) for _ in range(variable.size if variable else 1)]
+    functions = ("start", "step") if interface.sampled else ("start", "output", "step")
+    return "\n".join(
+        [
+            "/* Generated: the variables of this model, see model.h. */",
+            '#include "model.h"',
+            "",
+            "#include <math.h>",
+            "",
+            *(f"Evaluate {name};\nWorkSizes {name}_work;" for name in functions),
+            "",
+            _array("double", "start_values", map(_number, start)),
+            _array("Variable", "variables", (_row(*entry) for entry in table)),
+            _array("uint16_t", "variable_of", map(str, owner)),
+            _model(interface, token, len(table)),
+            "",
+        ]
+    )
+
+
+def _table(interface: Interface) -> list[tuple[Variable | None, str, int]]:
+    """Variable, role and reference of all rows; the first, without a variable, is time."""
+    rows: list[tuple[Variable | None, str, int]] = [(None, "TIME", 0)]
+    rows += [(v.variable, _ROLES[v.causality, v.variability], v.reference) for v in interface]
+    at = 1 + sum(v.variable.size for v in interface)
+    for state in interface.block.states():
+        rows.append((state, "STATE", at))
+        at += state.size
+    return rows
+
+
+def _row(variable: Variable | None, role: str, reference: int) -> str:
+    if variable is None:
+        return f'{{"time", FLOAT64, {role}, {reference}, 1, -INFINITY, INFINITY}}'
+    q = variable.quantity
+    low, high = q.min, q.max
+    if q.enumeration is not None:
+        low, high = min(q.enumeration).value, max(q.enumeration).value
+    limits = f"{_number(-math.inf if low is None else low)}, {_number(math.inf if high is None else high)}"
+    return f'{{"{variable.name}", {_TYPES[q.type]}, {role}, {reference}, {variable.size}, {limits}}}'
+
+
+def _model(interface: Interface, token: str, n_variables: int) -> str:
+    block = interface.block
+    output = "{NULL, NULL}" if interface.sampled else "{output, output_work}"
+    return f"""const Model model = {{
+    .name = "{block.name}",
+    .token = "{token}",
+    .sampled = {str(interface.sampled).lower()},
+    .max_step = {_number(block.max_step)},
+    .n_p = {_size(interface.parameters)},
+    .n_u = {_size(interface.inputs)},
+    .n_y = {_size(interface.outputs)},
+    .n_x = {sum(v.size for v in block.states())},
+    .start = start_values,
+    .variables = variables,
+    .n_variables = {n_variables},
+    .variable_of = variable_of,
+    .initial = {{start, start_work}},
+    .output = {output},
+    .step = {{step, step_work}},
+}};"""
+
+
+def _size(variables: Sequence[FmiVariable]) -> int:
+    return sum(v.variable.size for v in variables)
+
+
+def _array(kind: str, name: str, items: Iterable[str]) -> str:
+    """A constant array; an empty one, which C99 does not have, gets one element that nobody reads."""
+    lines = "".join(f"    {item},\n" for item in items) or "    0,\n"
+    return f"static const {kind} {name}[] = {{\n{lines}}};\n"
+
+
+def _number(value: float) -> str:
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(float(value))

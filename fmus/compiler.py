@@ -1,0 +1,86 @@
+"""The C compiler: found once, called for each file, and its complaints passed on."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from components.interfaces.problem import refuse
+
+FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+"""Flags that make the binary what it is. No contraction: the same numbers wherever it is compiled."""
+
+OWN_WARNINGS = ("-Wall", "-Wextra", "-Werror")
+"""Warnings for the runtime's own C; CasADi's C is compiled without."""
+
+_LINES_SHOWN = 12
+
+
+class BuildError(RuntimeError):
+    """The C compiler failed on generated code, or on the runtime; the message has its first lines."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A C compiler and what identifies it."""
+
+    command: tuple[str, ...]
+    identity: str
+    """First line of what it says about its version."""
+
+    def compile(self, source: Path, include: Path, flags: Sequence[str] = ()) -> Path:
+        """Compile one C file to an object file beside it.
+
+        The compiler works in the folder of the file, so that no path of this machine gets into the object file.
+        """
+        target = source.with_suffix(".o")
+        self._run([*FLAGS, *flags, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
+        return target
+
+    def link(self, objects: Sequence[Path], target: Path) -> None:
+        """Link object files to a shared library that needs nothing but libc and libm."""
+        complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
+        self._run(["-shared", *map(str, objects), "-o", str(target), *complete, "-lm"], target.parent)
+
+    def _run(self, arguments: Sequence[str], folder: Path) -> None:
+        command = [*self.command, *arguments]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+        if done.returncode != 0:
+            said = "\n".join(done.stderr.splitlines()[:_LINES_SHOWN])
+            message = f"{self.command[0]} failed ({done.returncode}) on {shlex.join(command)}:\n{said}"
+            raise BuildError(message)
+
+
+def find_compiler() -> Compiler | None:
+    """The compiler that CC names, else the first of cc, gcc and clang; None when there is none."""
+    return _find(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+
+
+def required_compiler() -> Compiler:
+    """The compiler; raises `RequestError` when there is none."""
+    compiler = find_compiler()
+    if compiler is None:
+        named = os.environ.get("CC", "")
+        found = f"CC={named}, which cannot be run" if named else "no C compiler"
+        remedy = "Install gcc or clang (Debian: apt-get install gcc), or run with --blocks."
+        raise refuse("building FMUs", found, "cc, gcc or clang on the PATH, or CC naming one", remedy)
+    return compiler
+
+
+@lru_cache(maxsize=8)
+def _find(named: str, path: str) -> Compiler | None:
+    for candidate in [shlex.split(named)] if named else [["cc"], ["gcc"], ["clang"]]:
+        program = shutil.which(candidate[0], path=path)
+        if program is None:
+            continue
+        version = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)  # noqa: S603
+        if version.returncode == 0 and version.stdout:
+            return Compiler((program, *candidate[1:]), version.stdout.splitlines()[0])
+    return None

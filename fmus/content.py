@@ -1,0 +1,78 @@
+"""What is inside an FMU: the files by their paths."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from components.interfaces.block import Block
+from components.interfaces.maths import Array
+from fmus.codegen import equations_source, variables_source
+from fmus.dependencies import Dependencies, dependencies
+from fmus.documentation import documentation
+from fmus.interface import Interface, interface_of
+from fmus.lower import lower
+from fmus.model_description_fmi2 import model_description_fmi2
+from fmus.model_description_fmi3 import model_description_fmi3
+from fmus.platform_names import binary_path
+from fmus.sources import build_description, compiled_files, runtime_sources
+from fmus.terminals import terminals_and_icons
+from fmus.version import Version
+
+_NAMESPACE: Final = uuid.UUID("7d1c4a9e-6a55-5e0c-9b6e-3f1a8c0f2d47")
+"""Of the tokens: the name in it is the digest of an FMU's C sources."""
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What a block and its start values give, for both versions of FMI alike."""
+
+    interface: Interface
+    depends: Dependencies
+    token: str
+    """GUID and instantiation token: the same C, with the same start values, has the same token."""
+    sources: Mapping[str, bytes]
+    """The generated C files by name."""
+
+
+def generate(block: type[Block[Any, Any, Any]], start: Array) -> Generated:
+    """Generate the C of a block whose parameters start at `start`, one column in the order of `block.parameters()`."""
+    lowered = lower(block)
+    interface = interface_of(block, sampled=lowered.sampled, start=start)
+    equations = equations_source(lowered)
+    token = _token(equations, variables_source(interface, token=""))
+    sources = {"model.c": equations.encode(), "variables.c": variables_source(interface, token).encode()}
+    return Generated(interface, dependencies(lowered, interface), token, sources)
+
+
+def content(generated: Generated, version: Version, binary: bytes) -> dict[str, bytes]:
+    """All files of the FMU, by their paths in the archive."""
+    name = generated.interface.block.name
+    found = {
+        binary_path(version, name): binary,
+        "documentation/index.html": documentation(generated.interface),
+        **{f"sources/{file}": text for file, text in generated.sources.items()},
+        **{f"sources/{file}": text for file, text in runtime_sources(version).items()},
+    }
+    if version is Version.FMI2:
+        found["modelDescription.xml"] = model_description_fmi2(
+            generated.depends, generated.token, compiled_files(version)
+        )
+    else:
+        found["modelDescription.xml"] = model_description_fmi3(generated.depends, generated.token)
+        found["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_and_icons(generated.interface)
+        found["sources/buildDescription.xml"] = build_description(name)
+    return found
+
+
+def _token(*generated: str) -> str:
+    digest = hashlib.sha256()
+    for text in generated:
+        digest.update(text.encode() + b"\0")
+    for version in Version:
+        for name, source in runtime_sources(version).items():
+            digest.update(name.encode() + b"\0" + source + b"\0")
+    return str(uuid.uuid5(_NAMESPACE, digest.hexdigest()))

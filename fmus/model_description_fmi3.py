@@ -1,0 +1,114 @@
+"""modelDescription.xml of FMI 3.0: arrays are variables with dimensions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from lxml import etree
+
+from fmus import description_parts as parts
+from fmus.dependencies import Dependencies
+from fmus.interface import TIME_REFERENCE, FmiVariable, Interface
+
+_INITIAL = {"parameter": "exact", "input": "exact", "output": "calculated"}
+_SECOND = "s"
+
+
+def model_description_fmi3(depends: Dependencies, token: str) -> bytes:
+    """The file."""
+    interface = depends.interface
+    root = parts.root(interface, "3.0", "instantiationToken", token)
+    _co_simulation(root, interface)
+    units = list(dict.fromkeys([_SECOND, *parts.units(interface)]))
+    parts.add_units(root, units)
+    _types(root, interface, units)
+    parts.add_log_categories(root)
+    parts.add_default_experiment(root)
+    variables = etree.SubElement(root, "ModelVariables")
+    _time(variables)
+    for v in interface:
+        _variable(variables, v)
+    _structure(root, depends)
+    if not interface.sampled:
+        annotations = etree.SubElement(root, "Annotations")
+        parts.add_promise(etree.SubElement(annotations, "Annotation", type=parts.ANNOTATION), interface)
+    return parts.to_bytes(root)
+
+
+def _co_simulation(root: etree._Element, interface: Interface) -> None:
+    max_step = interface.block.max_step
+    element = etree.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=interface.block.name,
+        canHandleVariableCommunicationStepSize="true",
+        canBeInstantiatedOnlyOncePerProcess="false",
+        canGetAndSetFMUState="true",
+        canSerializeFMUState="true",
+        providesDirectionalDerivatives="false",
+        hasEventMode="false",
+    )
+    if math.isfinite(max_step):
+        element.set("fixedInternalStepSize", parts.number(max_step))
+
+
+def _types(root: etree._Element, interface: Interface, units: Iterable[str]) -> None:
+    definitions = etree.SubElement(root, "TypeDefinitions")
+    for unit in units:
+        name = parts.quantity_of(unit)
+        etree.SubElement(definitions, "Float64Type", name=name, quantity=name, unit=unit)
+    for kind in parts.enumerations(interface):
+        enumeration = etree.SubElement(definitions, "EnumerationType", name=kind.__name__, quantity=kind.__name__)
+        parts.add_items(enumeration, kind)
+
+
+def _time(parent: etree._Element) -> None:
+    etree.SubElement(
+        parent,
+        "Float64",
+        name="time",
+        valueReference=str(TIME_REFERENCE),
+        description="time of the communication point",
+        causality="independent",
+        variability="continuous",
+        declaredType=parts.quantity_of(_SECOND),
+        unit=_SECOND,
+    )
+
+
+def _variable(parent: etree._Element, v: FmiVariable) -> None:
+    element = etree.SubElement(
+        parent,
+        v.variable.quantity.type.value,
+        name=v.name,
+        valueReference=str(v.reference),
+        description=v.variable.quantity.description,
+        causality=v.causality,
+        variability=v.variability,
+        initial=_INITIAL[v.causality],
+        **parts.value_attributes(v, v.start),
+    )
+    for length in v.variable.quantity.shape:
+        etree.SubElement(element, "Dimension", start=str(length))
+
+
+def _structure(root: etree._Element, depends: Dependencies) -> None:
+    """Outputs and initial unknowns; an array depends on all that any of its elements depends on."""
+    interface = depends.interface
+    structure = etree.SubElement(root, "ModelStructure")
+    by_inputs: dict[int, list[int]] = {}
+    by_parameters: dict[int, list[int]] = {}
+    for output in interface.outputs:
+        on = depends.of(output, range(output.variable.size))
+        by_inputs[output.reference] = [v.reference for v in interface.inputs if on(v)]
+        by_parameters[output.reference] = [v.reference for v in interface.parameters if on(v)]
+    for reference, found in by_inputs.items():
+        _unknown(structure, "Output", reference, found)
+    for reference, found in by_inputs.items():
+        _unknown(structure, "InitialUnknown", reference, by_parameters[reference] + found)
+
+
+def _unknown(parent: etree._Element, kind: str, reference: int, dependencies: Iterable[int]) -> None:
+    listed = " ".join(map(str, dependencies))
+    etree.SubElement(parent, kind, valueReference=str(reference), dependencies=listed)

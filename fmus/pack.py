@@ -1,0 +1,62 @@
+"""Writing an FMU: a ZIP archive whose bytes depend on its content only."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from components.interfaces.problem import RequestError, refuse
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The earliest time a ZIP archive knows."""
+
+_FILE_MODE = 0o100644
+_BINARY_MODE = 0o100755
+_UNIX = 3
+
+
+def write_fmu(path: Path, content: Mapping[str, bytes]) -> None:
+    """Write the archive under its final name when it is complete, never before.
+
+    Raises `RequestError` when the folder cannot be written to.
+    """
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+            partial = Path(file.name)
+            try:
+                _write(file.file, content)
+            except BaseException:
+                partial.unlink()
+                raise
+        partial.chmod(0o644)
+        os.replace(partial, path)
+    except OSError as error:
+        raise unwritable(path.parent, error) from error
+
+
+def writable_folder(folder: Path) -> None:
+    """Make a folder, and make sure that it can be written to; raises `RequestError` otherwise."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise unwritable(folder, error) from error
+
+
+def unwritable(folder: Path, error: OSError) -> RequestError:
+    """The error for a folder that cannot be written to."""
+    return refuse(str(folder), f"a folder that cannot be written to ({error.strerror})", "a writable folder", "Name another one.")
+
+
+def _write(file: object, content: Mapping[str, bytes]) -> None:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:  # pyright: ignore[reportArgumentType, reportCallIssue]
+        for name in sorted(content):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.create_system = _UNIX
+            entry.external_attr = (_BINARY_MODE if name.startswith("binaries/") else _FILE_MODE) << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, content[name])

@@ -1,0 +1,37 @@
+"""What FMI calls this platform, and where and how a binary for it is named."""
+
+from __future__ import annotations
+
+import platform
+import sys
+
+from fmus.version import Version
+
+_PROCESSORS = {"x86_64": "x86_64", "amd64": "x86_64", "i386": "x86", "i686": "x86", "arm64": "aarch64", "aarch64": "aarch64"}
+_SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "windows", "cygwin": "windows"}
+_SUFFIXES = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
+_FMI2_FOLDERS = {
+    "x86_64-linux": "linux64",
+    "x86-linux": "linux32",
+    "x86_64-darwin": "darwin64",
+    "aarch64-darwin": "darwin64",
+    "x86_64-windows": "win64",
+    "x86-windows": "win32",
+}
+
+
+def platform_tuple() -> str:
+    """The platform tuple of FMI 3.0, for example `x86_64-linux`."""
+    processor = platform.machine().lower()
+    return f"{_PROCESSORS.get(processor, processor)}-{_system()}"
+
+
+def binary_path(version: Version, identifier: str) -> str:
+    """The path of the binary inside the FMU."""
+    known = platform_tuple()
+    folder = _FMI2_FOLDERS.get(known, known) if version is Version.FMI2 else known
+    return f"binaries/{folder}/{identifier}{_SUFFIXES.get(_system(), '.so')}"
+
+
+def _system() -> str:
+    return _SYSTEMS.get(sys.platform, sys.platform)

@@ -1,0 +1,60 @@
+"""The C sources of an FMU, and how an importer compiles them again."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Final
+
+from lxml import etree
+
+from fmus.compiler import FLAGS
+from fmus.description_parts import to_bytes
+from fmus.version import Version
+
+GENERATED: Final = ("model.c", "variables.c")
+_CORE: Final = ("core.c", "access.c", "snapshot.c")
+_SHIMS: Final = MappingProxyType(
+    {Version.FMI2: ("fmi2.c", "fmi2_absent.c"), Version.FMI3: ("fmi3.c", "fmi3_absent.c")}
+)
+_OWN_HEADERS: Final = ("core.h", "model.h")
+_FMI_HEADERS: Final = MappingProxyType(
+    {
+        Version.FMI2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+        Version.FMI3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+    }
+)
+
+
+def runtime_units(version: Version) -> tuple[str, ...]:
+    """The C files of the runtime that make up an FMU of this version."""
+    return (*_CORE, *_SHIMS[version])
+
+
+def compiled_files(version: Version) -> tuple[str, ...]:
+    """All C files that are compiled into an FMU of this version, in the order of its build description."""
+    return (*GENERATED, *runtime_units(version))
+
+
+@lru_cache(maxsize=None)
+def runtime_sources(version: Version) -> MappingProxyType[str, bytes]:
+    """The runtime's C files and headers by name; the FMI headers come, with their licence, from FMPy's package data."""
+    own = files("fmus") / "runtime"
+    fmi = files("fmpy") / "c-code"
+    found = {name: (own / name).read_bytes() for name in (*runtime_units(version), *_OWN_HEADERS)}
+    found |= {name: (fmi / name).read_bytes() for name in _FMI_HEADERS[version]}
+    return MappingProxyType(found)
+
+
+def build_description(identifier: str) -> bytes:
+    """sources/buildDescription.xml of FMI 3.0."""
+    root = etree.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = etree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    file_set = etree.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=" ".join(FLAGS))
+    for name in compiled_files(Version.FMI3):
+        etree.SubElement(file_set, "SourceFile", name=name)
+    etree.SubElement(
+        configuration, "Library", name="m", external="true", description="mathematics; part of the C library on Windows"
+    )
+    return to_bytes(root)

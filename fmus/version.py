@@ -1,0 +1,12 @@
+"""The versions of FMI that blocks are built for."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Version(IntEnum):
+    """A version of the Functional Mock-up Interface."""
+
+    FMI2 = 2
+    FMI3 = 3
