@@ -23,6 +23,7 @@ from fmus.workshop import Workshop
 
 __all__ = ["BuildError", "Built", "build", "build_all"]
 
+
 @dataclass(frozen=True)
 class Built:
     """An FMU that is there now, and whether it had to be built."""

@@ -7,7 +7,11 @@ from html import escape
 
 from fmus.interface import FmiVariable, Interface
 
-_STYLE = "body{font-family:sans-serif;max-width:60em;margin:2em auto}table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left}"
+_STYLE = (
+    "body{font-family:sans-serif;max-width:60em;margin:2em auto}"
+    "table{border-collapse:collapse}"
+    "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left}"
+)
 
 
 def documentation(interface: Interface) -> bytes:

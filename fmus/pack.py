@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import zipfile
 from collections.abc import Mapping
@@ -32,7 +31,7 @@ def write_fmu(path: Path, content: Mapping[str, bytes]) -> None:
                 partial.unlink()
                 raise
         partial.chmod(0o644)
-        os.replace(partial, path)
+        partial.replace(path)
     except OSError as error:
         raise unwritable(path.parent, error) from error
 
@@ -49,7 +48,8 @@ def writable_folder(folder: Path) -> None:
 
 def unwritable(folder: Path, error: OSError) -> RequestError:
     """The error for a folder that cannot be written to."""
-    return refuse(str(folder), f"a folder that cannot be written to ({error.strerror})", "a writable folder", "Name another one.")
+    found = f"a folder that cannot be written to ({error.strerror})"
+    return refuse(str(folder), found, "a writable folder", "Name another one.")
 
 
 def _write(file: object, content: Mapping[str, bytes]) -> None:

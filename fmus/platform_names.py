@@ -7,7 +7,7 @@ import sys
 
 from fmus.version import Version
 
-_PROCESSORS = {"x86_64": "x86_64", "amd64": "x86_64", "i386": "x86", "i686": "x86", "arm64": "aarch64", "aarch64": "aarch64"}
+_PROCESSORS = {"amd64": "x86_64", "i386": "x86", "i686": "x86", "arm64": "aarch64"}
 _SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "windows", "cygwin": "windows"}
 _SUFFIXES = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
 _FMI2_FOLDERS = {

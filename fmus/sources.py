@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 from typing import Final
@@ -14,10 +14,8 @@ from fmus.description_parts import to_bytes
 from fmus.version import Version
 
 GENERATED: Final = ("model.c", "variables.c")
-_CORE: Final = ("core.c", "access.c", "snapshot.c")
-_SHIMS: Final = MappingProxyType(
-    {Version.FMI2: ("fmi2.c", "fmi2_absent.c"), Version.FMI3: ("fmi3.c", "fmi3_absent.c")}
-)
+_CORE: Final = ("instance.c", "core.c", "access.c", "snapshot.c")
+_SHIMS: Final = MappingProxyType({Version.FMI2: ("fmi2.c", "fmi2_absent.c"), Version.FMI3: ("fmi3.c", "fmi3_absent.c")})
 _OWN_HEADERS: Final = ("core.h", "model.h")
 _FMI_HEADERS: Final = MappingProxyType(
     {
@@ -37,7 +35,7 @@ def compiled_files(version: Version) -> tuple[str, ...]:
     return (*GENERATED, *runtime_units(version))
 
 
-@lru_cache(maxsize=None)
+@cache
 def runtime_sources(version: Version) -> MappingProxyType[str, bytes]:
     """The runtime's C files and headers by name; the FMI headers come, with their licence, from FMPy's package data."""
     own = files("fmus") / "runtime"

@@ -25,7 +25,6 @@ def terminals_and_icons(interface: Interface) -> bytes:
             for v in variables:
                 if v.name.startswith(f"{bus}."):
                     member = v.name.removeprefix(f"{bus}.")
-                    etree.SubElement(
-                        terminal, "TerminalMemberVariable", variableName=v.name, memberName=member, variableKind="signal"
-                    )
+                    names = {"variableName": v.name, "memberName": member, "variableKind": "signal"}
+                    etree.SubElement(terminal, "TerminalMemberVariable", names)
     return to_bytes(root)

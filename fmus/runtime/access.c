@@ -43,7 +43,8 @@ static bool readable(Instance *self, const char *call, const Variable *variable)
 static bool writable(Instance *self, const char *call, const Variable *variable) {
     int32_t mode = self->state->mode;
     if (variable->role == OUTPUT || variable->role == TIME) {
-        core_error(&self->host, call, "found `%s`, which is not to be set; valid: parameters and inputs", variable->name);
+        core_error(&self->host, call, "found `%s`, which is not to be set; valid: parameters and inputs",
+                   variable->name);
         return false;
     }
     if (mode == FAILED || mode == TERMINATED) {
@@ -52,7 +53,8 @@ static bool writable(Instance *self, const char *call, const Variable *variable)
         return false;
     }
     if (mode == STEPPING && variable->role == FIXED_PARAMETER) {
-        core_error(&self->host, call, "found fixed parameter `%s` after initialization; valid: inputs and tunable parameters",
+        core_error(&self->host, call,
+                   "found fixed parameter `%s` after initialization; valid: inputs and tunable parameters",
                    variable->name);
         return false;
     }

@@ -1,156 +1,61 @@
 #include "core.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-enum { MESSAGE_SIZE = 512, NAME_SIZE = 128, LARGEST_NUMBER_OF_PARTS = 1000000000 };
+enum { LARGEST_NUMBER_OF_PARTS = 1000000000 };
 
 static const char *const mode_names[] = {"instantiated", "in initialization mode", "in step mode",
-                                         "failed; reset it, or restore an earlier state", "terminated"};
-
-static void report(const Host *host, Status status, const char *call, const char *format, va_list values) {
-    char message[MESSAGE_SIZE];
-    int n = snprintf(message, sizeof message, "%s: ", call);
-    if (n >= 0 && (size_t)n < sizeof message) {
-        vsnprintf(message + n, sizeof message - (size_t)n, format, values);
-    }
-    host->log(host, status, message);
-}
-
-Status core_error(const Host *host, const char *call, const char *format, ...) {
-    va_list values;
-    va_start(values, format);
-    report(host, STATUS_ERROR, call, format, values);
-    va_end(values);
-    return STATUS_ERROR;
-}
-
-static void warn(const Host *host, const char *call, const char *format, ...) {
-    va_list values;
-    va_start(values, format);
-    report(host, STATUS_WARNING, call, format, values);
-    va_end(values);
-}
-
-Status core_unsupported(Instance *self, const char *call) {
-    return core_error(&self->host, call, "not supported by this FMU");
-}
+                                         "in error (reset it, or restore an earlier state)", "terminated"};
 
 static Status wrong_mode(Instance *self, const char *call, const char *valid) {
     return core_error(&self->host, call, "the instance is %s; valid: %s", mode_names[self->state->mode], valid);
 }
 
-/* --- life of an instance --- */
+/* --- the model's functions: CasADi may overwrite its lists of columns, so they are written anew for each call --- */
 
-/* The work arrays for any function of the model. */
-typedef struct {
-    size_t arguments, results, integers, doubles;
-} Work;
-
-enum { MOST_ARGUMENTS = 4, MOST_RESULTS = 2 }; /* of a function of the model, see model.h */
-
-static void grow(size_t *size, Integer wanted) {
-    if ((size_t)wanted > *size) *size = (size_t)wanted;
-}
-
-static Work work_for_all(void) {
-    const Function functions[] = {model.initial, model.output, model.step};
-    Work work = {MOST_ARGUMENTS, MOST_RESULTS, 0, 0};
-    for (size_t i = 0; i < sizeof functions / sizeof *functions; ++i) {
-        Integer arguments = 0, results = 0, integers = 0, doubles = 0;
-        if (!functions[i].work_sizes) continue;
-        functions[i].work_sizes(&arguments, &results, &integers, &doubles);
-        grow(&work.arguments, arguments);
-        grow(&work.results, results);
-        grow(&work.integers, integers);
-        grow(&work.doubles, doubles);
-    }
-    return work;
-}
-
-/* Finds each column its place in the block; every part is a multiple of 8 bytes long, so each begins where it may.
- * Returns the end of the last. */
-static char *lay_out(Instance *self, Work work) {
-    self->state = (State *)(self + 1);
-    self->time = self->state->values;
-    self->p = self->time + 1;
-    self->u = self->p + model.n_p;
-    self->y = self->u + model.n_u;
-    self->x = self->y + model.n_y;
-    self->x_next = self->x + model.n_x;
-    self->doubles = self->x_next + model.n_x;
-    self->integers = (Integer *)(self->doubles + work.doubles);
-    self->arguments = (const double **)(self->integers + work.integers);
-    self->results = (double **)(self->arguments + work.arguments);
-    return (char *)(self->results + work.results);
-}
-
-Instance *core_instantiate(const Host *host, const char *call, const char *token) {
-    if (!token || strcmp(token, model.token) != 0) {
-        core_error(host, call, "found the token \"%s\"; valid: \"%s\", as in the modelDescription.xml of this binary",
-                   token ? token : "", model.token);
-        return NULL;
-    }
-    const char *name = host->instance_name ? host->instance_name : model.name;
-    Work work = work_for_all();
-    size_t n_doubles = 1 + model.n_p + model.n_u + model.n_y + 2 * model.n_x + work.doubles;
-    size_t size = sizeof(Instance) + sizeof(State) + n_doubles * sizeof(double) + work.integers * sizeof(Integer)
-        + (work.arguments + work.results) * sizeof(double *) + strlen(name) + 1;
-    Instance *self = calloc(1, size);
-    if (!self) {
-        core_error(host, call, "no memory for %lu bytes", (unsigned long)size);
-        return NULL;
-    }
-    self->host = *host;
-    self->host.instance_name = strcpy(lay_out(self, work), name);
-    core_reset(self);
-    return self;
-}
-
-void core_free(Instance *self) {
-    free(self);
-}
-
-Status core_reset(Instance *self) {
-    self->state->mode = INSTANTIATED;
-    self->state->outputs = OUTPUTS_STALE;
-    *self->time = 0;
-    memcpy(self->p, model.start, (model.n_p + model.n_u) * sizeof(double));
-    memset(self->y, 0, (model.n_y + model.n_x) * sizeof(double));
-    return STATUS_OK;
-}
-
-/* --- the model's functions --- */
-
-/* Calls a function on columns of the instance; CasADi ignores those beyond its own number of them. */
-static bool evaluate(Instance *self, Function function, const double *const arguments[MOST_ARGUMENTS],
-                     double *const results[MOST_RESULTS]) {
-    for (size_t i = 0; i < MOST_ARGUMENTS; ++i) self->arguments[i] = arguments[i];
-    for (size_t i = 0; i < MOST_RESULTS; ++i) self->results[i] = results[i];
+static bool call_model(Instance *self, Function function) {
     return function.evaluate(self->arguments, self->results, self->integers, self->doubles, 0) == 0;
 }
 
 static bool evaluate_initial(Instance *self) {
-    return evaluate(self, model.initial, (const double *[MOST_ARGUMENTS]){self->p}, (double *[MOST_RESULTS]){self->x});
-}
-
-static bool evaluate_output(Instance *self) {
-    const double no_step = 0; /* a sample does not depend on the step */
-    if (model.sampled) {
-        return evaluate(self, model.step, (const double *[MOST_ARGUMENTS]){self->x, self->u, self->p, &no_step},
-                        (double *[MOST_RESULTS]){NULL, self->y});
-    }
-    return evaluate(self, model.output, (const double *[MOST_ARGUMENTS]){self->x, self->u, self->p}, (double *[MOST_RESULTS]){self->y});
+    self->arguments[0] = self->p;
+    self->results[0] = self->x;
+    return call_model(self, model.initial);
 }
 
 static bool evaluate_step(Instance *self, double h) {
-    bool done = evaluate(self, model.step, (const double *[MOST_ARGUMENTS]){self->x, self->u, self->p, &h},
-                         (double *[MOST_RESULTS]){self->x_next, self->y});
-    memcpy(self->x, self->x_next, model.n_x * sizeof(double)); /* CasADi must not read where it writes */
+    self->arguments[0] = self->x;
+    self->arguments[1] = self->u;
+    self->arguments[2] = self->p;
+    self->arguments[3] = &h;
+    self->results[0] = self->x_next; /* CasADi must not write where it reads */
+    self->results[1] = self->y;      /* ignored unless the model is sampled */
+    bool done = call_model(self, model.step);
+    memcpy(self->x, self->x_next, model.n_x * sizeof(double));
     return done;
+}
+
+/* The outputs of a sample taken now, without the state that follows from it. */
+static bool evaluate_sample(Instance *self) {
+    const double h = 0; /* a sample does not depend on the step */
+    self->arguments[0] = self->x;
+    self->arguments[1] = self->u;
+    self->arguments[2] = self->p;
+    self->arguments[3] = &h;
+    self->results[0] = NULL;
+    self->results[1] = self->y;
+    return call_model(self, model.step);
+}
+
+static bool evaluate_output(Instance *self) {
+    if (model.sampled) return evaluate_sample(self);
+    self->arguments[0] = self->x;
+    self->arguments[1] = self->u;
+    self->arguments[2] = self->p;
+    self->results[0] = self->y;
+    return call_model(self, model.output);
 }
 
 /* --- finite values, valid ranges --- */
@@ -199,7 +104,9 @@ Status core_refresh_outputs(Instance *self, const char *call) {
     }
     self->state->outputs = OUTPUTS_FRESH;
     const double *wrong = not_finite(self, OUTPUT, OUTPUT, name, sizeof name);
-    if (wrong) warn(&self->host, call, "at time %.9g output `%s` is %g, not a finite number", *self->time, name, *wrong);
+    if (wrong) {
+        core_warning(&self->host, call, "at time %.9g `%s` is %g, not a finite number", *self->time, name, *wrong);
+    }
     return STATUS_OK;
 }
 
@@ -264,7 +171,8 @@ static Status check_step(Instance *self, const char *call, double time, double h
                           LARGEST_NUMBER_OF_PARTS * model.max_step);
     }
     if (!(fabs(time - *self->time) <= 1e-6 * fmax(h, fabs(time)))) { /* masters that add up steps drift a little */
-        return core_error(&self->host, call, "found the communication point %.9g; valid: %.9g, where the last step ended",
+        return core_error(&self->host, call,
+                          "found the communication point %.9g; valid: %.9g, where the last step ended",
                           time, *self->time);
     }
     return STATUS_OK;

@@ -52,12 +52,25 @@ typedef struct {
     double **results;
 } Instance;
 
+/* --- instance.c: the life of an instance, and what it says --- */
+
+enum { MESSAGE_SIZE = 512, NAME_SIZE = 128 }; /* longer texts are cut off */
+
 /* A new instance, or NULL when `token` is not the model's. */
 Instance *core_instantiate(const Host *host, const char *call, const char *token);
 void core_free(Instance *self);
 
 /* The start values again, as after instantiation. */
 Status core_reset(Instance *self);
+
+/* Logs a message (printf style) and returns STATUS_ERROR. */
+Status core_error(const Host *host, const char *call, const char *format, ...);
+void core_warning(const Host *host, const char *call, const char *format, ...);
+
+/* The answer of a function that this FMU does not support. */
+Status core_unsupported(Instance *self, const char *call);
+
+/* --- core.c: modes and steps --- */
 
 Status core_enter_initialization(Instance *self, const char *call, double start_time);
 
@@ -69,19 +82,19 @@ Status core_step(Instance *self, const char *call, double time, double h);
 
 Status core_terminate(Instance *self, const char *call);
 
-/* Logs a message (printf style) and returns STATUS_ERROR. */
-Status core_error(const Host *host, const char *call, const char *format, ...);
+/* Whether a parameter's element lies in its range; otherwise logs its name, value and range. */
+bool core_in_range(Instance *self, const char *call, const Variable *variable, const double *element);
 
-/* The answer of a function that this FMU does not support. */
-Status core_unsupported(Instance *self, const char *call);
+/* Evaluates the outputs if they are stale. */
+Status core_refresh_outputs(Instance *self, const char *call);
 
 /* --- access.c: reading and writing the variables behind value references --- */
 
 /* What a value reference names: one element (FMI 2.0) or a whole variable (FMI 3.0). */
 typedef enum { BY_ELEMENT, BY_VARIABLE } Granularity;
 
-/* A walk over the elements of several variables of the given types. It begins with every check, so that it either fails before the
- * first element or visits all of them:
+/* A walk over the elements of several variables of the given types. It begins with every check, so that it either
+ * fails before the first element or visits all of them:
  *
  *     Access access = access_to_read(self, __func__, BY_VARIABLE, FLOAT64, references, n, n_values);
  *     while (access_next(&access)) *values++ = *access.element;
@@ -113,14 +126,6 @@ void access_write(Access *access, double value);
 
 /* A value as a whole number, rounded and kept within 32 bits; 0 when it is not a number. */
 int32_t access_int32(double value);
-
-/* --- what access.c asks of core.c --- */
-
-/* Whether a parameter's element lies in its range; otherwise logs its name, value and range. */
-bool core_in_range(Instance *self, const char *call, const Variable *variable, const double *element);
-
-/* Evaluates the outputs if they are stale. */
-Status core_refresh_outputs(Instance *self, const char *call);
 
 /* --- snapshot.c: the FMU state as one block of bytes, which is also its serialized form --- */
 

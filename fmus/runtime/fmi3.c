@@ -5,7 +5,8 @@
 static void log_fmi3(const Host *host, Status status, const char *message) {
     fmi3LogMessageCallback logger = (fmi3LogMessageCallback)host->callback;
     if (!logger) return;
-    logger(host->environment, (fmi3Status)status, status == STATUS_ERROR ? "logStatusError" : "logStatusWarning", message);
+    logger(host->environment, (fmi3Status)status, status == STATUS_ERROR ? "logStatusError" : "logStatusWarning",
+           message);
 }
 
 const char *fmi3GetVersion(void) {
@@ -42,7 +43,8 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
         return NULL;
     }
     if (nRequiredIntermediateVariables > 0) {
-        core_error(&host, __func__, "found required intermediate variables; valid: none, there is no intermediate update");
+        core_error(&host, __func__,
+                   "found required intermediate variables; valid: none, there is no intermediate update");
         return NULL;
     }
     return core_instantiate(&host, __func__, instantiationToken);
@@ -109,56 +111,64 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Float64 values[], size_t nValues) {
-    Access access = access_to_read(instance, __func__, BY_VARIABLE, FLOAT64, valueReferences, nValueReferences, nValues);
+    Access access = access_to_read(instance, __func__, BY_VARIABLE, FLOAT64, valueReferences, nValueReferences,
+                                   nValues);
     while (access_next(&access)) *values++ = *access.element;
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         fmi3Int32 values[], size_t nValues) {
-    Access access = access_to_read(instance, __func__, BY_VARIABLE, INT32, valueReferences, nValueReferences, nValues);
+    Access access = access_to_read(instance, __func__, BY_VARIABLE, INT32, valueReferences, nValueReferences,
+                                   nValues);
     while (access_next(&access)) *values++ = access_int32(*access.element);
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         fmi3Int64 values[], size_t nValues) {
-    Access access = access_to_read(instance, __func__, BY_VARIABLE, ENUMERATION, valueReferences, nValueReferences, nValues);
+    Access access = access_to_read(instance, __func__, BY_VARIABLE, ENUMERATION, valueReferences, nValueReferences,
+                                   nValues);
     while (access_next(&access)) *values++ = access_int32(*access.element);
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Boolean values[], size_t nValues) {
-    Access access = access_to_read(instance, __func__, BY_VARIABLE, BOOLEAN, valueReferences, nValueReferences, nValues);
+    Access access = access_to_read(instance, __func__, BY_VARIABLE, BOOLEAN, valueReferences, nValueReferences,
+                                   nValues);
     while (access_next(&access)) *values++ = *access.element != 0;
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Float64 values[], size_t nValues) {
-    Access access = access_to_write(instance, __func__, BY_VARIABLE, FLOAT64, valueReferences, nValueReferences, nValues);
+    Access access = access_to_write(instance, __func__, BY_VARIABLE, FLOAT64, valueReferences, nValueReferences,
+                                    nValues);
     while (access_next(&access)) access_write(&access, *values++);
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         const fmi3Int32 values[], size_t nValues) {
-    Access access = access_to_write(instance, __func__, BY_VARIABLE, INT32, valueReferences, nValueReferences, nValues);
+    Access access = access_to_write(instance, __func__, BY_VARIABLE, INT32, valueReferences, nValueReferences,
+                                    nValues);
     while (access_next(&access)) access_write(&access, *values++);
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                         const fmi3Int64 values[], size_t nValues) {
-    Access access = access_to_write(instance, __func__, BY_VARIABLE, ENUMERATION, valueReferences, nValueReferences, nValues);
+    Access access = access_to_write(instance, __func__, BY_VARIABLE, ENUMERATION, valueReferences, nValueReferences,
+                                    nValues);
     while (access_next(&access)) access_write(&access, (double)*values++);
     return (fmi3Status)access.status;
 }
 
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Boolean values[], size_t nValues) {
-    Access access = access_to_write(instance, __func__, BY_VARIABLE, BOOLEAN, valueReferences, nValueReferences, nValues);
+    Access access = access_to_write(instance, __func__, BY_VARIABLE, BOOLEAN, valueReferences, nValueReferences,
+                                    nValues);
     while (access_next(&access)) access_write(&access, *values++);
     return (fmi3Status)access.status;
 }
@@ -185,7 +195,8 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUSta
     return fmi3OK;
 }
 
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size) {
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[],
+                                 size_t size) {
     return (fmi3Status)snapshot_serialize(instance, __func__, FMUState, serializedState, size);
 }
 
