@@ -63,7 +63,7 @@ class Scenario:
     name: str
     title: str
     system: System
-    scene: Scene
+    scene: Scene | None
     h: float
     until: float
     sources: Mapping[str, Mapping[str, Any]]

@@ -1,0 +1,137 @@
+"""Metrics of a run, computed from its rows alone, and the plain verdicts on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
+from orchestrator.geometry import Rows, box_corners, box_distance
+from orchestrator import path_geometry
+from orchestrator.scene import Scene
+
+
+def compute(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> dict[str, float]:
+    """All metrics that the columns of `frame` allow; `roles` names the unit in each socket.
+
+    SI units; `gap_obstacle` is the least distance between the ego's box and any obstacle's (0 on contact), `gap_edge`
+    between the ego's corners and the road's edges (negative outside).
+    """
+    found: dict[str, float] = {}
+    if "plant" in roles:
+        found |= _motion(frame, roles["plant"]) | _tyres(frame, roles["plant"])
+        found["gap_edge"] = float(edge_gap(ego_boxes(frame, roles["plant"], scene), scene).min())
+    if {"plant", "traffic"} <= roles.keys():
+        found["gap_obstacle"] = float(obstacle_gaps(frame, roles, scene).min())
+    if {"plant", "controller"} <= roles.keys():
+        found |= _control(frame, roles["plant"], roles["controller"])
+    return {name: value for name, value in found.items() if np.isfinite(value)}
+
+
+def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
+    """What a person asks first of a run."""
+    found: dict[str, bool] = {}
+    if "gap_obstacle" in metrics:
+        found["no_contact"] = metrics["gap_obstacle"] > 0
+    if "gap_edge" in metrics:
+        found["inside_road"] = metrics["gap_edge"] >= 0
+    if "mu_f_max" in metrics:
+        found["within_friction_limit"] = max(metrics["mu_f_max"], metrics["mu_r_max"]) <= 1
+    if "solver_fallbacks" in metrics:
+        found["solver_converged"] = metrics["solver_fallbacks"] == 0 and metrics["solver_limits"] == 0
+    return found
+
+
+def columns(frame: pd.DataFrame, prefix: str, n: int) -> NDArray[np.float64]:
+    """The elements ``prefix[1]`` to ``prefix[n]``, of shape (rows, n)."""
+    return frame[[f"{prefix}[{i + 1}]" for i in range(n)]].to_numpy(dtype=float)
+
+
+def ego_boxes(frame: pd.DataFrame, plant: str, scene: Scene) -> NDArray[np.float64]:
+    """The ego's box in every row: x, y, psi, length, width."""
+    pose = frame[[f"{plant}.state.{s}" for s in ("x", "y", "psi")]].to_numpy(dtype=float)
+    size = np.tile([scene.ego_length, scene.ego_width], (len(frame), 1))
+    return np.hstack([pose, size])
+
+
+def edge_gap(boxes: NDArray[np.float64], scene: Scene) -> Rows:
+    """Least distance [m] of each box's corners to the road's edges; negative outside."""
+    y = box_corners(boxes)[:, :, 1]
+    return np.minimum(scene.y_left - y.max(axis=1), y.min(axis=1) - scene.y_right)
+
+
+def obstacle_gaps(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> Rows:
+    """Least distance [m] of the ego's box to any valid obstacle's, in every row; infinite without obstacles."""
+    ego = ego_boxes(frame, roles["plant"], scene)
+    bus = f"{roles['traffic']}.obstacles"
+    valid = columns(frame, f"{bus}.valid", SLOTS) > 0
+    parts = [columns(frame, f"{bus}.{s}", SLOTS) for s in ("x", "y", "psi", "length", "width")]
+    nearest = np.full(len(frame), np.inf)
+    for slot in np.flatnonzero(valid.any(axis=0)):
+        here = valid[:, slot]
+        boxes = np.stack([part[here, slot] for part in parts], axis=1)
+        nearest[here] = np.minimum(nearest[here], box_distance(ego[here], boxes))
+    return nearest
+
+
+def path_error(frame: pd.DataFrame, plant: str, controller: str) -> Rows | None:
+    """Distance [m] of the centre of gravity to the path of the same row, positive to the left of it.
+
+    None where the controller shows no path.
+    """
+    if f"{controller}.path.x[{WAYPOINTS}]" not in frame:
+        return None
+    x, y = frame[f"{plant}.state.x"].to_numpy(float), frame[f"{plant}.state.y"].to_numpy(float)
+    path_x, path_y = (columns(frame, f"{controller}.path.{axis}", WAYPOINTS) for axis in "xy")
+    return path_geometry.path_error(path_x, path_y, x, y)
+
+
+def _motion(frame: pd.DataFrame, plant: str) -> dict[str, float]:
+    r, v_x = frame[f"{plant}.state.r"].to_numpy(float), frame[f"{plant}.state.v_x"].to_numpy(float)
+    found = {
+        "r_peak": np.abs(r).max(),
+        "r_rms": _rms(r),
+        "r_total_variation": np.abs(np.diff(r)).sum(),
+        "v_x_min": v_x.min(),
+        "v_x_max": v_x.max(),
+    }
+    if len(frame) > 1:  # the mean over each step, so that any plant can be compared
+        r_dot = np.diff(r) / np.diff(frame["time"].to_numpy(float))
+        found |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
+    if f"{plant}.motion.a_y" in frame:
+        found["a_y_peak"] = frame[f"{plant}.motion.a_y"].abs().max()
+    return {name: float(value) for name, value in found.items()}
+
+
+def _tyres(frame: pd.DataFrame, plant: str) -> dict[str, float]:
+    names = [n for n in ("mu_f", "mu_r") if f"{plant}.tyre.{n}" in frame]
+    return {f"{n}_max": float(frame[f"{plant}.tyre.{n}"].max()) for n in names}
+
+
+def _control(frame: pd.DataFrame, plant: str, controller: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    delta = frame[f"{controller}.actuation.delta_f"].to_numpy(float)
+    step = float(frame["time"].diff().iloc[-1]) if len(frame) > 1 else 1.0
+    found["delta_f_rate_rms"] = _rms(np.diff(delta) / step) if len(frame) > 1 else 0.0
+    error = path_error(frame, plant, controller)
+    if error is not None:
+        found |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
+    if f"{controller}.plan.y_upper[1]" in frame:
+        y = frame[f"{controller}.plan.y[1]"]
+        outside = (y > frame[f"{controller}.plan.y_upper[1]"]) | (y < frame[f"{controller}.plan.y_lower[1]"])
+        found["corridor_violations"] = float(outside.sum())
+    if f"{controller}.solver.status" in frame:
+        status = frame[f"{controller}.solver.status"]
+        found["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
+        found["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
+        found["solver_iterations_max"] = float(frame[f"{controller}.solver.iterations"].max())
+        found["solver_kkt_max"] = float(frame[f"{controller}.solver.kkt"].max())
+    return found
+
+
+def _rms(values: NDArray[Any]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
