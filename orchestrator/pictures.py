@@ -1,0 +1,217 @@
+"""What the pictures of a run are made of: columns by bus, boxes, the road, limits; plain numpy, no viewer.
+
+Nothing here asks for more than there is: a unit that fills no socket, a bus that a controller does not offer, or a
+column that was not recorded simply does not show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from components.interfaces.record import Variable
+from orchestrator.path_geometry import path_error
+from orchestrator.scene import Scene
+from orchestrator.system import System
+
+Array: TypeAlias = NDArray[np.float64]
+
+HEIGHT: Final = 1.4
+"""[m] of all vehicles; no signal carries it"""
+
+ROAD_BEFORE: Final = 40.0
+"""[m] of road that is drawn before the first and behind the last place of interest"""
+
+ERROR_SCALE: Final = 0.5
+"""[m] path error that is drawn in full red"""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One recorded output of a system."""
+
+    unit: str
+    variable: Variable
+
+    @cached_property
+    def path(self) -> str:
+        """The full name, `plant.state.v_x`."""
+        return f"{self.unit}.{self.variable.name}"
+
+    @cached_property
+    def columns(self) -> tuple[str, ...]:
+        """The columns of the results that hold its elements."""
+        return tuple(f"{self.unit}.{element}" for element in self.variable.elements)
+
+    @property
+    def bus(self) -> str:
+        """Unit and bus, `plant.state`; the unit alone where the name has no bus."""
+        return self.path.rpartition(".")[0]
+
+    @cached_property
+    def states(self) -> dict[int, str]:
+        """The names of the values of an enumeration; empty for numbers."""
+        quantity = self.variable.quantity
+        if quantity.shape or quantity.enumeration is None:
+            return {}
+        return {item.value: item.name for item in quantity.enumeration}
+
+    @property
+    def labels(self) -> list[str]:
+        """Name and unit of each element as they stand in a legend."""
+        return [f"{c.rpartition('.')[2]} [{self.variable.quantity.unit}]" for c in self.columns]
+
+
+def signals(system: System) -> list[Signal]:
+    """All outputs of all units, in order."""
+    return [Signal(unit, variable) for unit, source in system.units.items() for variable in source.interface.outputs]
+
+
+class Columns:
+    """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`."""
+
+    def __init__(self, frame: pd.DataFrame, known: Sequence[Signal]) -> None:
+        at = {str(name): i for i, name in enumerate(frame.columns)}
+        self._rows = np.asfortranarray(frame.to_numpy(dtype=np.float64))
+        self._places = {s.path: [at[c] for c in s.columns] for s in known if all(c in at for c in s.columns)}
+        self.time: Array = self._rows[:, at["time"]]
+        self.signals = [s for s in known if s.path in self._places]
+
+    def of(self, path: str) -> Array:
+        """The values (n,) of a scalar, or (n, elements) of an array."""
+        places = self._places[path]
+        if len(places) == 1:
+            return self._rows[:, places[0]]
+        return np.ascontiguousarray(self._rows[:, places])
+
+    def bus(self, unit: str | None, bus: str, *names: str) -> tuple[Array, ...] | None:
+        """Several signals of one bus; `None` unless all of them are there."""
+        paths = [f"{unit}.{bus}.{name}" for name in names]
+        return tuple(map(self.of, paths)) if all(path in self._places for path in paths) else None
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Which unit plays which part in the picture: the first that fills the socket, or none."""
+
+    plant: str | None
+    traffic: str | None
+    controller: str | None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no scene to draw."""
+        return self.plant is None and self.traffic is None and self.controller is None
+
+
+def cast(system: System) -> Cast:
+    """The cast of a system."""
+    filled = {socket.name: unit for unit, socket in reversed(list(system.sockets.items()))}
+    return Cast(filled.get("plant"), filled.get("traffic"), filled.get("controller"))
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """The obstacles of n rows, those of invalid slots left out: `count` (n,) of them, one after the other."""
+
+    count: NDArray[np.int64]
+    row: NDArray[np.int64]
+    x: Array
+    y: Array
+    psi: Array
+    length: Array
+    width: Array
+    id: NDArray[np.int64]
+
+    def where(self, rows: NDArray[np.bool_]) -> Boxes:
+        """Only the boxes of some rows."""
+        kept = rows[self.row]
+        row = (np.cumsum(rows) - 1)[self.row[kept]]
+        rest = (getattr(self, name)[kept] for name in ("x", "y", "psi", "length", "width", "id"))
+        return Boxes(self.count[rows], row, *rest)
+
+
+def obstacles(columns: Columns, who: Cast) -> tuple[Boxes, Array] | None:
+    """The obstacles that the traffic shows, and all that is known of them row by row."""
+    found = columns.bus(who.traffic, "obstacles", "valid", "id", "x", "y", "psi", "length", "width")
+    if found is None:
+        return None
+    valid = found[0] != 0
+    identity, x, y, psi, length, width = (values[valid] for values in found[1:])
+    boxes = Boxes(valid.sum(axis=1), np.nonzero(valid)[0], x, y, psi, length, width, identity.astype(np.int64))
+    return boxes, np.column_stack(found)
+
+
+def errors(columns: Columns, who: Cast) -> Array | None:
+    """Lateral distance [m] of the vehicle from the path as the controller saw it at the same instant."""
+    ego = columns.bus(who.plant, "state", "x", "y")
+    path = columns.bus(who.controller, "path", "x", "y")
+    return path_error(*path, *ego) if ego and path else None
+
+
+def changed(values: Array, before: Array | None) -> NDArray[np.bool_]:
+    """Which rows differ from the row before them; `before` stands before the first."""
+    rows = np.ones(len(values), dtype=bool)
+    rows[1:] = (values[1:] != values[:-1]).any(axis=1)
+    if before is not None and before.shape == values[0].shape:
+        rows[0] = bool((values[0] != before).any())
+    return rows
+
+
+def quaternions(psi: Array) -> Array:
+    """Rotations (n, 4) about the vertical axis, as x, y, z, w."""
+    zero = np.zeros_like(psi)
+    return np.column_stack([zero, zero, np.sin(psi / 2), np.cos(psi / 2)])
+
+
+def outlines(boxes: Boxes, gap: float) -> Array:
+    """The boxes grown by `gap` on every side, as closed polygons (boxes, 5, 2)."""
+    forward = (boxes.length / 2 + gap)[:, None] * np.array([1.0, -1.0, -1.0, 1.0, 1.0])
+    left = (boxes.width / 2 + gap)[:, None] * np.array([1.0, 1.0, -1.0, -1.0, 1.0])
+    c, s = np.cos(boxes.psi)[:, None], np.sin(boxes.psi)[:, None]
+    return np.stack([boxes.x[:, None] + forward * c - left * s, boxes.y[:, None] + forward * s + left * c], axis=-1)
+
+
+def lane_marks(scene: Scene, x_min: float, x_max: float) -> Array:
+    """The broken line between the lanes, as strokes (strokes, 2, 2) of 3 m with gaps of 6 m."""
+    y = (scene.y_lane + scene.y_adjacent) / 2
+    x = np.arange(np.ceil(x_min / 9) * 9, x_max - 3, 9.0)
+    return np.stack([np.column_stack([x, np.full_like(x, y)]), np.column_stack([x + 3, np.full_like(x, y)])], axis=1)
+
+
+def error_colours(error: Array) -> NDArray[np.uint8]:
+    """Green for no path error over yellow to red for `ERROR_SCALE` and more, (n, 3)."""
+    stops = np.array([[70, 200, 120], [245, 205, 70], [235, 65, 60]], dtype=float)
+    share = np.clip(np.abs(error) / ERROR_SCALE, 0, 1)
+    return np.column_stack([np.interp(share, [0, 0.5, 1], stop) for stop in stops.T]).astype(np.uint8)
+
+
+def waypoint_labels(x: Array, y: Array) -> list[str]:
+    """P0..P14; points on the same spot share one label, and the others stay empty."""
+    labels: list[str] = []
+    places: dict[tuple[float, float], int] = {}
+    for i, place in enumerate(zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)):
+        first = places.setdefault(place, i)
+        if first == i:
+            labels.append(f"P{i}")
+        else:
+            labels[first] += f",{i}"
+            labels.append("")
+    return labels
+
+
+def raised(shapes: NDArray[Any], z: float) -> NDArray[Any]:
+    """Plane points (..., 2) at the height `z` [m]."""
+    return np.concatenate([shapes, np.full((*shapes.shape[:-1], 1), z)], axis=-1)
+
+
+def rgba(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Opaque colours (n, 3) as one number each, red in the highest byte."""
+    r, g, b = colours.astype(np.uint32).T
+    return (r << 24) | (g << 16) | (b << 8) | 0xFF
