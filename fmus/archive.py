@@ -58,13 +58,15 @@ def open_fmu(path: Path) -> Archive:
         description = read_model_description(str(path))
     except (KeyError, OSError, zipfile.BadZipFile, etree.XMLSyntaxError) as error:
         raise refuse(where, f"an archive that cannot be read ({error})", valid) from error
-    except Exception as error:  # noqa: BLE001 - FMPy raises bare Exception for whatever the schema refuses
+    except Exception as error:
         raise refuse(where, f"a model description that breaks the standard ({error})", valid) from error
     major = str(description.fmiVersion).split(".")[0]
     if major not in {"2", "3"}:
         raise refuse(where, f"FMI version {description.fmiVersion}", "2.0 or 3.0")
     if description.coSimulation is None:
-        raise refuse(where, "no Co-Simulation interface", "an FMU for Co-Simulation", "Export it again for Co-Simulation.")
+        raise refuse(
+            where, "no Co-Simulation interface", "an FMU for Co-Simulation", "Export it again for Co-Simulation."
+        )
     interface, references = _interface(path, description, Version(int(major)))
     return Archive(path, Version(int(major)), description, interface, references)
 
@@ -87,18 +89,18 @@ def _interface(path: Path, description: ModelDescription, version: Version) -> t
     return interface, {v.name: refs for group in chosen.values() for v, _, refs in group}
 
 
-def _quantity(variable: ModelVariable, shape: tuple[int, ...]) -> Quantity:
+def _quantity(variable: Any, shape: tuple[int, ...]) -> Quantity:
     unit = variable.unit or (variable.declaredType.unit if variable.declaredType else None) or "1"
     low, high = (None if b is None else float(b) for b in (variable.min, variable.max))
     items = variable.declaredType.items if variable.declaredType else []
-    enumeration = IntEnum(variable.declaredType.name, {i.name: int(i.value) for i in items}) if items else None
+    enumeration: Any = IntEnum(variable.declaredType.name, {i.name: int(i.value) for i in items}) if items else None
     kind = _TYPES[str(variable.type)]
     if kind is Type.ENUMERATION:
         low = high = None
     return Quantity(unit, variable.description or variable.name, kind, shape, low, high, enumeration)
 
 
-def _variable(variable: ModelVariable) -> tuple[Variable, Any, list[int]]:
+def _variable(variable: Any) -> tuple[Variable, Any, list[int]]:
     shape = tuple(int(n) for n in variable.shape or ())
     quantity = _quantity(variable, shape)
     start = None if variable.start is None else [_value(text, quantity.type) for text in str(variable.start).split()]
@@ -141,7 +143,7 @@ def _feedthrough(description: ModelDescription, outputs: list[Variable], inputs:
     found = np.zeros((len(outputs), len(inputs)), dtype=bool)
     listed: set[str] = set()
     for unknown in description.outputs:
-        name = _whole(unknown.variable.name, row)
+        name = _whole(unknown.variable.name, row) if unknown.variable else None
         if name is None:
             continue
         listed.add(name)

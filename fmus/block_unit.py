@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
 from fmus.lower import Lowered, lower
-from fmus.unit import Column, Interface, Operation, Unit, UnitFault, positions
+from fmus.unit import Column, Interface, Operation, Unit, UnitError, positions
 
 
 def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
@@ -60,23 +61,28 @@ class BlockUnit(Unit):
         self._set_copies: list[tuple[Column, Column]] = []
         self._get_copies: list[tuple[Column, Column]] = []
 
+    @override
     def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
         self._set_copies = [(mine, theirs) for mine, theirs in _pairs(self._kind.inputs(), self._u, inputs)]
         self._get_copies = [(theirs, mine) for mine, theirs in _pairs(self._kind.outputs(), self._y, outputs)]
 
+    @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
         self._p[:] = pack(self._kind(**parameters))
         start = _evaluation(self._lowered.start, [self._p], [self._x])
         start()
         self._held = False
 
+    @override
     def exit_initialization(self) -> None:
         if not np.isfinite(self._x).all():
-            raise UnitFault(self.name, "its initial state is not finite", self.messages)
+            raise UnitError(self.name, "its initial state is not finite", self.messages)
 
+    @override
     def setters(self) -> list[Operation]:
         return [self._set]
 
+    @override
     def getters(self) -> list[Operation]:
         return [self._get]
 
@@ -90,7 +96,8 @@ class BlockUnit(Unit):
         for theirs, mine in self._get_copies:
             theirs[:] = mine
 
-    def step(self, t: float, h: float) -> None:  # noqa: ARG002 - blocks do not depend on the time of day
+    @override
+    def step(self, t: float, h: float) -> None:
         parts = 1 if self._lowered.sampled else substeps(h, self._kind.max_step)
         self._h[0] = h / parts
         for _ in range(parts):
@@ -98,6 +105,7 @@ class BlockUnit(Unit):
             self._x[:] = self._next
         self._held = self._lowered.sampled
 
+    @override
     def close(self) -> None:
         """Nothing to release."""
 
@@ -111,10 +119,10 @@ def _evaluation(function: Any, arguments: list[Column], results: list[Column]) -
     buffer, evaluate = function.buffer()
     for i, column in enumerate(arguments):
         if column.size:
-            buffer.set_arg(i, memoryview(column))
+            buffer.set_arg(i, memoryview(column.data))
     for i, column in enumerate(results):
         if column.size:
-            buffer.set_res(i, memoryview(column))
+            buffer.set_res(i, memoryview(column.data))
 
     def call(_alive: Any = buffer) -> None:  # `evaluate` holds a bare address: the buffer has to live as long
         evaluate()
@@ -122,7 +130,9 @@ def _evaluation(function: Any, arguments: list[Column], results: list[Column]) -
     return call
 
 
-def _pairs(variables: tuple[Variable, ...], flat: Column, columns: Mapping[Type, Column]) -> list[tuple[Column, Column]]:
+def _pairs(
+    variables: tuple[Variable, ...], flat: Column, columns: Mapping[Type, Column]
+) -> list[tuple[Column, Column]]:
     """Views of `flat` beside the views of the typed columns with the same elements, joined where neighbours stay so."""
     places = positions(variables)
     runs: list[tuple[Type, int, int, int]] = []
@@ -136,6 +146,3 @@ def _pairs(variables: tuple[Variable, ...], flat: Column, columns: Mapping[Type,
             runs.append((kind, at, there, variable.size))
         at += variable.size
     return [(flat[a : a + n], columns[kind][b : b + n]) for kind, a, b, n in runs]
-
-
-

@@ -19,11 +19,12 @@ import fmpy
 import numpy as np
 from fmpy import calloc, fmi2, fmi3, free
 from fmpy.fmi1 import FMICallException
+from typing_extensions import override
 
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import Type
 from fmus.archive import Archive
-from fmus.unit import DTYPES, Column, Operation, Unit, UnitFault, by_type
+from fmus.unit import DTYPES, Column, Operation, Unit, UnitError, by_type
 from fmus.version import Version
 
 _ADDRESS = ctypes.c_size_t
@@ -91,12 +92,13 @@ class FmuUnit(Unit):
         try:
             call()
         except FMICallException as error:
-            raise UnitFault(self.name, f"{action}: {error}", self.messages) from error
+            raise UnitError(self.name, f"{action}: {error}", self.messages) from error
 
     def _log(self, status: int, message: bytes) -> None:
         if status > 0:
             self.messages.append(message.decode("utf-8", "replace"))
 
+    @override
     def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
         self._setters = [self._mover("Set", k, names, inputs[k]) for k, names in self._names(self.interface.inputs)]
         self._getters = [self._mover("Get", k, names, outputs[k]) for k, names in self._names(self.interface.outputs)]
@@ -119,9 +121,7 @@ class FmuUnit(Unit):
         self._kept += [references, values]
         extra = [values.size] if self.prefix == "fmi3" else []
         function = self._function(f"{direction}{access}", [_ADDRESS] * (4 + len(extra)))
-        call = partial(
-            function, self._component, references.ctypes.data, references.size, values.ctypes.data, *extra
-        )
+        call = partial(function, self._component, references.ctypes.data, references.size, values.ctypes.data, *extra)
         if shared:
             return call
 
@@ -143,17 +143,21 @@ class FmuUnit(Unit):
                 column = np.array(parameters[variable.name], dtype=DTYPES[kind]).ravel()
                 if status := self._mover("Set", kind, [variable.name], column)():
                     action = f"setting the parameter {variable.name} to {parameters[variable.name]} (status {status})"
-                    raise UnitFault(self.name, action, self.messages)
+                    raise UnitError(self.name, action, self.messages)
 
+    @override
     def setters(self) -> list[Operation]:
         return self._setters
 
+    @override
     def getters(self) -> list[Operation]:
         return self._getters
 
+    @override
     def exit_initialization(self) -> None:
         self._check("the initialization failed", self._fmu.exitInitializationMode)
 
+    @override
     def close(self) -> None:
         if self._component:
             self._component = 0
@@ -175,19 +179,21 @@ class Fmu2Unit(FmuUnit):
         try:
             fmu.instantiate(callbacks=callbacks)
         except Exception as error:  # FMPy raises bare Exception
-            raise UnitFault(self.name, f"could not be instantiated ({error})", self.messages) from error
+            raise UnitError(self.name, f"could not be instantiated ({error})", self.messages) from error
         self._step = None
         return fmu
 
     def _logged(self, _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
         self._log(status, message)
 
+    @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.setupExperiment)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
         self._do_step = self._function("DoStep", [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
 
+    @override
     def step(self, t: float, h: float) -> object:
         return self._do_step(self._component, t, h, 1)
 
@@ -202,12 +208,13 @@ class Fmu3Unit(FmuUnit):
         try:
             fmu.instantiate(loggingOn=True, logMessage=self._logged)
         except Exception as error:  # FMPy raises bare Exception
-            raise UnitFault(self.name, f"could not be instantiated ({error})", self.messages) from error
+            raise UnitError(self.name, f"could not be instantiated ({error})", self.messages) from error
         return fmu
 
     def _logged(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         self._log(status, message)
 
+    @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
@@ -218,8 +225,9 @@ class Fmu3Unit(FmuUnit):
         first = ctypes.addressof(self._flags)
         self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
 
+    @override
     def step(self, t: float, h: float) -> object:
-        status = self._do_step(self._component, t, h, True, *self._results)
+        status = self._do_step(self._component, t, h, 1, *self._results)
         if self._flags.raw != b"\0\0\0":
             self.messages.append(f"the FMU asked for an event, the end or an early return at {self._reached.value:g} s")
             return max(int(status), int(Version.FMI3))

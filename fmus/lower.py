@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -32,11 +32,11 @@ class Lowered:
     """(outputs, inputs), element by element: whether an input reaches an output without delay"""
 
 
-@lru_cache(maxsize=None)
+@cache
 def lower(kind: type[Block[Any, Any, Any]]) -> Lowered:
     """The functions of a block, derived once from its equations; feedthrough is read off them, not declared."""
     dims = kind.dimensions()
-    graph = ca.MX if kind.staged else ca.SX
+    graph: Any = ca.MX if kind.staged else ca.SX
     p, parameters = symbols(kind, dims, graph, "p")
     x, state = symbols(kind.state_type, dims, graph, "x")
     u, inputs = symbols(kind.input_type, dims, graph, "u")
@@ -69,6 +69,3 @@ def _feedthrough(output: ca.Function, sampled: bool) -> NDArray[np.bool_]:  # no
     rows, columns = output.jac_sparsity(0, 1).get_triplet()
     pattern[rows, columns] = True
     return pattern
-
-
-

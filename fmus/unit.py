@@ -46,7 +46,7 @@ class Interface:
     """Start values that the unit brings along, by parameter or input."""
 
 
-class UnitFault(RuntimeError):
+class UnitError(RuntimeError):
     """A unit that could not do what it was asked: which one, what, and what it said about it."""
 
     def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
@@ -70,11 +70,11 @@ class Unit(ABC):
 
     @abstractmethod
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        """Make the unit ready for start values. Raises `UnitFault`."""
+        """Make the unit ready for start values. Raises `UnitError`."""
 
     @abstractmethod
     def exit_initialization(self) -> None:
-        """End the initialisation. Raises `UnitFault`."""
+        """End the initialisation. Raises `UnitError`."""
 
     @abstractmethod
     def setters(self) -> list[Operation]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
@@ -17,7 +17,8 @@ def box_distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> Rows:
 
     Each row of `a` and `b`, of shape (n, 5), is a box: x, y of the centre, yaw angle, length, width.
     """
-    return shapely.distance(shapely.polygons(box_corners(a)), shapely.polygons(box_corners(b)))
+    distance: Any = shapely.distance(shapely.polygons(box_corners(a)), shapely.polygons(box_corners(b)))  # type: ignore[no-untyped-call]
+    return distance
 
 
 def box_corners(boxes: NDArray[np.float64]) -> NDArray[np.float64]:

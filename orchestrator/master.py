@@ -10,14 +10,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
-from fmus.unit import Operation, Unit, UnitFault
+from fmus.unit import Operation, Unit, UnitError
 from orchestrator.schedule import Act, Schedule, sequential
 from orchestrator.system import System
 from orchestrator.table import Log, Table
@@ -25,7 +25,7 @@ from orchestrator.table import Log, Table
 FMI_WARNING = 1
 
 
-class SimulationFault(RuntimeError):
+class SimulationError(RuntimeError):
     """A run that had to end early: at which tick, which unit, and why. All rows up to it are kept."""
 
     def __init__(self, tick: int, t: float, unit: str, reason: str) -> None:
@@ -53,7 +53,7 @@ class Simulation:
 
     Each `step` completes the next instant t_k: afterwards `read` sees every output at t_k, as in the row that has
     been kept. A `write` acts on what follows, until it is released. Raises `RequestError` for a wrong request and
-    `SimulationFault` when a unit fails or a value is not finite.
+    `SimulationError` when a unit fails or a value is not finite.
     """
 
     def __init__(self, system: System, *, h: float, until: float) -> None:
@@ -70,7 +70,7 @@ class Simulation:
         self._before: list[tuple[Callable[..., object], bool]] = []
         self._after: list[tuple[Callable[..., object], bool]] = []
 
-    def __enter__(self) -> Simulation:
+    def __enter__(self) -> Self:
         try:
             self._start()
         except BaseException:
@@ -78,7 +78,9 @@ class Simulation:
             raise
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     @property
@@ -98,8 +100,8 @@ class Simulation:
                     self._checked(self._units[name], function())
             for unit in self._units.values():
                 unit.exit_initialization()
-        except UnitFault as fault:
-            raise SimulationFault(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
+        except UnitError as fault:
+            raise SimulationError(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
 
     def _gathers(self, name: str) -> list[Operation]:
         return self._table.gathers(name)
@@ -141,7 +143,9 @@ class Simulation:
         if isinstance(status, int) and status > FMI_WARNING:
             words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
             said = f": {'; '.join(unit.messages)}" if unit.messages else ""
-            raise SimulationFault(self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + said)
+            raise SimulationError(
+                self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + said
+            )
 
     def step(self) -> Tick:
         """Complete the next instant and keep its row. Raises `StopIteration` after the last."""
@@ -156,7 +160,7 @@ class Simulation:
         self.step_times[self.tick] = time.perf_counter() - began
         if not finite:
             path, value = self._table.first_not_finite()
-            raise SimulationFault(self.tick, self.time, path.partition(".")[0], f"the signal `{path}` is {value}")
+            raise SimulationError(self.tick, self.time, path.partition(".")[0], f"the signal `{path}` is {value}")
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
@@ -225,4 +229,4 @@ def _ticks(h: float, until: float) -> int:
     return ticks
 
 
-__all__ = ["Simulation", "SimulationFault", "Tick", "Type", "simulate"]
+__all__ = ["Simulation", "SimulationError", "Tick", "Type", "simulate"]

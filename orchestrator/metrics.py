@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
-from orchestrator.geometry import Rows, box_corners, box_distance
 from orchestrator import path_geometry
+from orchestrator.geometry import Rows, box_corners, box_distance
 from orchestrator.scene import Scene
 
 

@@ -101,8 +101,12 @@ def _problem(model: type[BaseModel], where: str, item: Mapping[str, Any]) -> Pro
     if item["type"] == "extra_forbidden":
         known = sorted(model.model_fields) if len(item["loc"]) == 1 else ["block", "fmu", "parameters"]
         known = ["value", "unit", "source"] if len(item["loc"]) > 2 else known  # noqa: PLR2004
-        return Problem(f"{where}: {place}", "an unknown entry", choices(known), did_you_mean(str(item["loc"][-1]), known))
-    return Problem(f"{where}: {place}", f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(place))
+        return Problem(
+            f"{where}: {place}", "an unknown entry", choices(known), did_you_mean(str(item["loc"][-1]), known)
+        )
+    return Problem(
+        f"{where}: {place}", f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(place)
+    )
 
 
 def _hint(place: str) -> str:
@@ -173,15 +177,17 @@ def _unknown(where: str, name: str, known: Mapping[str, Variable]) -> Problem:
 
 def _overlaid(before: Any, value: Any) -> Any:
     """A list over the first elements of a longer one, or the value itself."""
-    if isinstance(value, list) and before is not None and len(value) < len(before):
-        return [*value, *before[len(value) :]]
-    return value
+    if not isinstance(value, list):
+        return value
+    return [*value, *before[len(value) :]] if isinstance(before, list) else value  # type: ignore[unknown]
 
 
 def _set_element(where: str, variable: Variable, values: dict[str, Any], setting: Setting) -> list[Problem]:
     size = variable.size if variable.quantity.shape else 0
     if setting.index is None or not 1 <= setting.index <= size:
-        return [Problem(f"{where}[{setting.index}]", "no such element", f"1 to {size}" if size else "a scalar parameter")]
+        return [
+            Problem(f"{where}[{setting.index}]", "no such element", f"1 to {size}" if size else "a scalar parameter")
+        ]
     element = replace(variable.quantity, shape=())
     if problems := element.problems(f"{where}[{setting.index}]", setting.value):
         return problems

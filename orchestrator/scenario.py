@@ -126,7 +126,7 @@ def ensure_built(
 def prepare(request: str, options: Options, progress: Callable[[str], None] = lambda _: None) -> Scenario:
     """Read a scenario, apply the options, build the FMUs it needs, and check everything. Raises `RequestError`."""
     name, content = read(request)
-    settings = _settings(options.settings)
+    settings = parse_settings(options.settings)
     remarks: list[str] = []
     parts: dict[str, Part] = {}
     for socket in SOCKETS:
@@ -237,14 +237,16 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, 
 _SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
 
 
-def _settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
+def parse_settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
     """`controller.b_3=1e-2` and the like, by unit. Raises `RequestError`."""
     found: dict[str, list[Setting]] = {unit: [] for unit in (*SOCKETS, "scene")}
     problems: list[Problem] = []
     for text in texts:
         match = _SETTING.fullmatch(text)
         if match is None:
-            problems.append(Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2."))
+            problems.append(
+                Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
+            )
         elif match["unit"] not in found:
             problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
         else:

@@ -8,6 +8,7 @@ inputs are shown again when these are known, if the unit can do that (`Interface
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -103,7 +104,7 @@ def _needed_now(system: System, wire: Connection, early: set[str]) -> bool:
 
 def _loop(chain: list[str], needs: Mapping[str, Mapping[str, Connection]]) -> Exception:
     # graphlib lists each unit before the one that needs it, the first once more at the end
-    wires = [needs[user][source] for source, user in zip(chain, chain[1:], strict=False)]
+    wires = [needs[user][source] for source, user in itertools.pairwise(chain)]
     return refuse(
         "algebraic loop",
         ", ".join(str(wire) for wire in wires),

@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias, cast
 
 import numpy as np
 from lxml import etree
@@ -33,6 +33,8 @@ BLOCK_SOURCE: Final = "urn:macrostep:block:"
 FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
 _NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
+Element: TypeAlias = Any
+"""An element of lxml, whose own type is private"""
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
@@ -50,7 +52,7 @@ def write(scenario: Scenario, path: Path) -> None:
             archive.writestr(info, files[name])
 
 
-def _text(root: etree._Element) -> bytes:
+def _text(root: Element) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
@@ -59,24 +61,25 @@ def is_old(system: System) -> bool:
     return all(isinstance(s, Fmu) and s.archive.version == Version.FMI2 for s in system.units.values())
 
 
-def _description(scenario: Scenario) -> etree._Element:
+def _description(scenario: Scenario) -> Element:
     system, old = scenario.system, is_old(scenario.system)
     root = etree.Element(_q(SSD, "SystemStructureDescription"), nsmap=_NAMESPACES)
     root.set("version", "1.0" if old else "2.0")
     root.set("name", scenario.name)
-    top = etree.SubElement(root, _q(SSD, "System"), name=scenario.name, description=scenario.title)
-    elements = etree.SubElement(top, _q(SSD, "Elements"))
+    top = _add(root, SSD, "System", name=scenario.name, description=scenario.title)
+    elements = _add(top, SSD, "Elements")
     quantities: list[Quantity] = []
     for name, source in system.units.items():
         quantities += _component(elements, name, source, old=old)
-    wires = etree.SubElement(top, _q(SSD, "Connections"))
+    wires = _add(top, SSD, "Connections")
     for wire in system.connections:
         variable = system.variable(f"{wire.unit}.{wire.input}", role="inputs")
         ends = zip(_names(wire.output, variable, old=old), _names(wire.input, variable, old=old), strict=True)
         for start, end in ends:
-            etree.SubElement(
+            _add(
                 wires,
-                _q(SSD, "Connection"),
+                SSD,
+                "Connection",
                 startElement=wire.source,
                 startConnector=start,
                 endElement=wire.unit,
@@ -84,10 +87,10 @@ def _description(scenario: Scenario) -> etree._Element:
             )
     _enumerations(root, quantities)
     _units(root, quantities)
-    etree.SubElement(root, _q(SSD, "DefaultExperiment"), startTime="0", stopTime=repr(scenario.until))
-    annotations = etree.SubElement(root, _q(SSD, "Annotations"))
-    annotation = etree.SubElement(annotations, _q(SSC, "Annotation"), type="org.macrostep")
-    etree.SubElement(annotation, _q(OURS, "Scenario"), nsmap={None: OURS}).text = json.dumps(_extras(scenario))
+    _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
+    annotations = _add(root, SSD, "Annotations")
+    annotation = _add(annotations, SSC, "Annotation", type="org.macrostep")
+    _add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario))
     return root
 
 
@@ -102,23 +105,23 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
     }
 
 
-def _component(parent: etree._Element, name: str, source: Fmu | InProcess, *, old: bool) -> list[Quantity]:
+def _component(parent: Element, name: str, source: Fmu | InProcess, *, old: bool) -> list[Quantity]:
     kind, where = FMU_TYPE, f"resources/{Path(source.path).name}" if isinstance(source, Fmu) else ""
     if isinstance(source, InProcess):
         kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
-    component = etree.SubElement(parent, _q(SSD, "Component"), name=name, type=kind, source=where)
-    connectors = etree.SubElement(component, _q(SSD, "Connectors"))
+    component = _add(parent, SSD, "Component", name=name, type=kind, source=where)
+    connectors = _add(component, SSD, "Connectors")
     interface = source.interface
     groups = {"input": interface.inputs, "output": interface.outputs, "parameter": interface.parameters}
     for role, variables in groups.items():
         for variable in variables:
             for label in _names(variable.name, variable, old=old):
-                connector = etree.SubElement(connectors, _q(SSD, "Connector"), name=label, kind=role)
+                connector = _add(connectors, SSD, "Connector", name=label, kind=role)
                 _type(connector, SSC, variable.quantity, old=old)
                 if not old:
                     _dimensions(connector, variable)
-    bindings = etree.SubElement(component, _q(SSD, "ParameterBindings"))
-    etree.SubElement(bindings, _q(SSD, "ParameterBinding"), source=f"resources/{name}.ssv")
+    bindings = _add(component, SSD, "ParameterBindings")
+    _add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
     return [v.quantity for variables in groups.values() for v in variables]
 
 
@@ -126,9 +129,9 @@ def _names(name: str, variable: Variable, *, old: bool) -> list[str]:
     return Variable(name, variable.quantity).elements if old else [name]
 
 
-def _type(parent: etree._Element, space: str, q: Quantity, *, old: bool) -> etree._Element:
+def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
     label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
-    made = etree.SubElement(parent, _q(space, label))
+    made = _add(parent, space, label)
     if q.type is Type.FLOAT64:
         made.set("unit", q.unit)
     if q.type is Type.ENUMERATION and q.enumeration is not None:
@@ -136,17 +139,17 @@ def _type(parent: etree._Element, space: str, q: Quantity, *, old: bool) -> etre
     return made
 
 
-def _dimensions(parent: etree._Element, variable: Variable) -> None:
+def _dimensions(parent: Element, variable: Variable) -> None:
     for n in variable.quantity.shape:
-        etree.SubElement(parent, _q(SSC, "Dimension"), size=str(n))
+        _add(parent, SSC, "Dimension", size=str(n))
 
 
-def _parameter_set(scenario: Scenario, name: str) -> etree._Element:
+def _parameter_set(scenario: Scenario, name: str) -> Element:
     source, old = scenario.system.units[name], is_old(scenario.system)
     root = etree.Element(_q(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
     root.set("version", "1.0" if old else "2.0")
     root.set("name", name)
-    parameters = etree.SubElement(root, _q(SSV, "Parameters"))
+    parameters = _add(root, SSV, "Parameters")
     used: list[Quantity] = []
     for variable in source.interface.parameters:
         if variable.name not in source.parameters:
@@ -155,7 +158,7 @@ def _parameter_set(scenario: Scenario, name: str) -> etree._Element:
         value = np.asarray(source.parameters[variable.name])
         origin = scenario.sources.get(f"{name}.{variable.name}", {}).get("source", "")
         for label, text in _values(variable, value, old=old):
-            parameter = etree.SubElement(parameters, _q(SSV, "Parameter"), name=label)
+            parameter = _add(parameters, SSV, "Parameter", name=label)
             if origin:
                 parameter.set("description", str(origin))
             _type(parameter, SSV, variable.quantity, old=old).set("value", text)
@@ -181,26 +184,30 @@ def _literal(value: float | bool, q: Quantity) -> str:  # noqa: FBT001
     return repr(float(value)) if q.type is Type.FLOAT64 else str(int(value))
 
 
-def _enumerations(root: etree._Element, quantities: list[Quantity]) -> None:
+def _enumerations(root: Element, quantities: list[Quantity]) -> None:
     kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
     if not kinds:
         return
-    parent = etree.SubElement(root, _q(SSD, "Enumerations"))
+    parent = _add(root, SSD, "Enumerations")
     for name, kind in sorted(kinds.items()):
-        enumeration = etree.SubElement(parent, _q(SSC, "Enumeration"), name=name)
+        enumeration = _add(parent, SSC, "Enumeration", name=name)
         for item in kind:
-            etree.SubElement(enumeration, _q(SSC, "Item"), name=item.name, value=str(item.value))
+            _add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
 
 
-def _units(root: etree._Element, quantities: list[Quantity], space: str = SSD) -> None:
+def _units(root: Element, quantities: list[Quantity], space: str = SSD) -> None:
     names = sorted({q.unit for q in quantities if q.type is Type.FLOAT64})
     if not names:
         return
-    parent = etree.SubElement(root, _q(space, "Units"))
+    parent = _add(root, space, "Units")
     for name in names:
-        unit = etree.SubElement(parent, _q(SSC, "Unit"), name=name)
+        unit = _add(parent, SSC, "Unit", name=name)
         exponents: Mapping[str, int] = UNITS.get(name, {})
-        etree.SubElement(unit, _q(SSC, "BaseUnit"), {base: str(n) for base, n in exponents.items()})
+        _add(unit, SSC, "BaseUnit", **{base: str(n) for base, n in exponents.items()})
+
+
+def _add(parent: Element, space: str, label: str, /, **attributes: str) -> Element:
+    return cast(Any, etree.SubElement)(parent, _q(space, label), attributes)
 
 
 def _q(space: str, name: str) -> str:

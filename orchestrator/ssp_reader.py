@@ -8,18 +8,19 @@ import re
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from lxml import etree
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from orchestrator.parameters import Setting
+from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.scenario import Scenario, block_named
 from orchestrator.scene import Scene
 from orchestrator.ssp import BLOCK_SOURCE, BLOCK_TYPE, OURS, SSD, SSV
@@ -29,8 +30,13 @@ _NS = {"ssd": SSD, "ssv": SSV, "m": OURS}
 _INDEX = re.compile(r"\[[\d,]+\]$")
 
 
-def read(path: Path, settings: Mapping[str, list[Setting]] | None = None) -> Scenario:
-    """The system and experiment in an `.ssp` file. Raises `RequestError`."""
+def read(
+    path: Path,
+    settings: Mapping[str, Sequence[Setting]] | None = None,
+    step: float | None = None,
+    stop_time: float | None = None,
+) -> Scenario:
+    """The system and experiment in an `.ssp` file, with a person's changes. Raises `RequestError`."""
     where = str(path)
     valid = "an SSP file written by macrostep"
     if not zipfile.is_zipfile(path):
@@ -49,21 +55,26 @@ def read(path: Path, settings: Mapping[str, list[Setting]] | None = None) -> Sce
     notes = root.find(".//m:Scenario", _NS)
     if notes is None or not notes.text:
         raise refuse(where, "no macro step", "an SSP file with the annotation `org.macrostep`")
-    return _scenario(root, folder, json.loads(notes.text))
+    made = _scenario(root, folder, json.loads(notes.text), settings or {})
+    return replace(made, h=made.h if step is None else step, until=made.until if stop_time is None else stop_time)
 
 
-def _scenario(root: Any, folder: Path, extras: Mapping[str, Any]) -> Scenario:
+def _scenario(
+    root: Any, folder: Path, extras: Mapping[str, Any], settings: Mapping[str, Sequence[Setting]]
+) -> Scenario:
     units: dict[str, Source] = {}
     sources: dict[str, Mapping[str, Any]] = dict(extras["sources"])
     for component in root.iterfind(".//ssd:Component", _NS):
         name = component.get("name")
         unit = _unit(component, folder)
-        values, origins = _parameters(folder / f"resources/{name}.ssv", unit)
+        values, origins = _parameters(folder / f"resources/{name}.ssv", unit, settings.get(name, ()))
         units[name] = type(unit)(unit.block if isinstance(unit, InProcess) else unit.path, values)  # type: ignore[arg-type]
         sources |= {f"{name}.{parameter}": told for parameter, told in origins.items()}
     wiring = {
-        f"{c.get('endElement')}.{_whole(c.get('endConnector'))}": f"{c.get('startElement')}.{_whole(c.get('startConnector'))}"
-        for c in root.iterfind(".//ssd:Connection", _NS)
+        f"{wire.get('endElement')}.{_whole(wire.get('endConnector'))}": (
+            f"{wire.get('startElement')}.{_whole(wire.get('startConnector'))}"
+        )
+        for wire in root.iterfind(".//ssd:Connection", _NS)
     }
     system = System(
         units=units,
@@ -90,24 +101,25 @@ def _unit(component: Any, folder: Path) -> Source:
     return Fmu(folder / source)
 
 
-def _parameters(path: Path, unit: Source) -> tuple[dict[str, Any], dict[str, Mapping[str, Any]]]:
+def _parameters(
+    path: Path, unit: Source, settings: Sequence[Setting]
+) -> tuple[dict[str, Any], dict[str, Mapping[str, Any]]]:
+    """Values of a unit's parameters, and where each comes from."""
     declared = {v.name: v for v in unit.interface.parameters}
     texts: dict[str, list[str]] = {}
     origins: dict[str, str] = {}
     for parameter in etree.parse(path).iterfind(".//ssv:Parameter", _NS):
-        name = _whole(parameter.get("name"))
-        texts.setdefault(name, []).extend(parameter[0].get("value").split())
+        name = _whole(str(parameter.get("name")))
+        texts.setdefault(name, []).extend(str(parameter[0].get("value")).split())
         origins[name] = parameter.get("description", "")
-    values = {name: _value(declared[name], found) for name, found in texts.items()}
-    told = {
-        name: {
-            "value": np.asarray(value).tolist(),
-            "unit": declared[name].quantity.unit,
-            "source": origins[name],
-        }
-        for name, value in values.items()
+    given = {
+        name: Given(value=_value(declared[name], found), unit=declared[name].quantity.unit, source=origins[name])
+        for name, found in texts.items()
     }
-    return values, told
+    values, problems = values_of(path.stem, unit.interface.parameters, {}, given, settings)
+    raise_if_any(problems)
+    origins |= {s.name: "--set" for s in settings}
+    return values, {n: {"value": v, "unit": declared[n].quantity.unit, "source": origins[n]} for n, v in values.items()}
 
 
 def _value(variable: Variable, texts: list[str]) -> Any:
@@ -118,7 +130,7 @@ def _value(variable: Variable, texts: list[str]) -> Any:
         values = [q.enumeration[text].value for text in texts]
     else:
         values = [float(text) if q.type is Type.FLOAT64 else int(text) for text in texts]
-    return np.array(values).reshape(q.shape) if q.shape else values[0]
+    return np.array(values).reshape(variable.shape).tolist() if variable.shape else values[0]
 
 
 def _whole(name: str) -> str:

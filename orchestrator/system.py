@@ -101,7 +101,9 @@ class System:
     @cached_property
     def connections(self) -> tuple[Connection, ...]:
         """The wiring, signal by signal."""
-        return tuple(c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection))
+        return tuple(
+            c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection)
+        )
 
     def variable(self, path: str, *, role: str = "outputs") -> Variable:
         """The input or output at a full signal path. Raises `KeyError`."""

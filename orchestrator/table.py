@@ -70,7 +70,7 @@ class Table:
             else:
                 found[kind] = np.zeros(len(places), dtype=column.dtype)
                 # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
-                self._gathers[unit].append(_Gather(column, np.array(places), found[kind]))
+                self._gathers[unit].append(_gather(column, np.array(places), found[kind]))
         return found
 
     def gathers(self, unit: str) -> list[Operation]:
@@ -83,7 +83,7 @@ class Table:
         variable = self.system.variable(path)
         kind, slots = self._slots(unit, name, "outputs")
         values = self.columns[kind][slots]
-        return values.reshape(variable.quantity.shape).copy() if variable.quantity.shape else values[0].item()
+        return values.reshape(variable.shape).copy() if variable.shape else values[0].item()
 
     def hold(self, unit: str, name: str, value: Any) -> None:
         """Give an input a constant value in place of its connection."""
@@ -113,7 +113,7 @@ class Table:
         raise LookupError("all signals are finite")
 
 
-def _Gather(column: Column, places: Column, out: Column) -> Operation:
+def _gather(column: Column, places: Column, out: Column) -> Operation:
     take = partial(column.take, places, None, out, "clip")
 
     def gather() -> None:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any, TypeVar
 
 import casadi as ca
@@ -63,16 +63,20 @@ def minimise(  # noqa: PLR0913 - the parts of a bound-constrained problem
     n = z_start.shape[0]
     iterate, residual = _functions(cost, bounds, type(problem), tuple(dimensions.items()), n)
     data = pack(problem)
-    z, damping, count = z_start, 0.0, 0.0
+    z: Any = z_start
+    damping: Any = 0.0
+    count: Any = 0.0
     for _ in range(iterations):
         z, damping, count = iterate(z, damping, count, data, tolerance)
+    value: Any
+    kkt: Any
     value, kkt = residual(z, data)
     if is_symbolic(z):
         return Solution(z, value, kkt, count)
     return Solution(np.asarray(z, dtype=float).ravel(), float(value), float(kkt), float(count))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _functions(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> tuple[ca.Function, ca.Function]:
     data, problem = symbols(kind, dict(dimensions), name="data")
     z = ca.SX.sym("z", n)
@@ -103,7 +107,9 @@ def _project(z: Any, lower: Any, upper: Any) -> Any:
     return ca.fmin(ca.fmax(z, lower), upper)
 
 
-def _direction(z: Any, g: Any, H: Any, lower: Any, upper: Any, damping: Any) -> Any:
+def _direction(  # noqa: PLR0913 - the parts of one Newton step
+    z: Any, g: Any, H: Any, lower: Any, upper: Any, damping: Any
+) -> Any:
     """Solve for p by LDL' with positive pivots; active variables get p = 0."""
     n = z.numel()
     active = ca.logic_or(ca.logic_and(z <= lower, g > 0), ca.logic_and(z >= upper, g < 0))

@@ -154,5 +154,3 @@ def double_lane_change(  # noqa: PLR0913 - the construction's givens
             y=vector([y_lane, y_lane, y_2, y_3, y_3, y_5, y_5, y_far, y_far, y_9, y_10, *[y_lane] * 4]),
         ),
     )
-
-

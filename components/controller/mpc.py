@@ -214,7 +214,7 @@ def _accepted(problem: Problem, found: active_set.Solution, guess: Array) -> tup
     ended = where(found.kkt <= TOLERANCE, float(SolverStatus.converged), float(SolverStatus.iteration_limit))
     return z, Solver(
         status=where(finite, ended, float(SolverStatus.fallback)),
-        iterations=found.iterations,
+        iterations=found.iterations,  # type: ignore[arg-type] # a count among other columns of doubles
         cost=where(finite, found.cost, LARGEST),
         kkt=where(finite, found.kkt, LARGEST),
     )

@@ -15,6 +15,8 @@ leaves 2 N_p variables with bounds only: delta_f / delta_scale and T_r / T_scale
 
 from __future__ import annotations
 
+from typing import Any
+
 from components.interfaces.buses import VehicleState
 from components.interfaces.frames import to_road
 from components.interfaces.maths import Array, cos, fmax, sin, vector
@@ -90,7 +92,7 @@ class Problem:
         delta, drive, brake = self.delta_max / self.delta_scale, self.T_dmax / self.T_scale, self.T_bmax / self.T_scale
         return vector([-delta] * N_p + [-brake] * N_p), vector([delta] * N_p + [drive] * N_p)
 
-    def controls(self, z: Array) -> list[tuple[float, float]]:
+    def controls(self, z: Array) -> list[tuple[Any, Any]]:
         """(delta_f, T_r) at k..k+N_p-1 for the scaled decision `z`."""
         N_p = z.shape[0] // 2
         return [(self.delta_scale * z[i], self.T_scale * z[N_p + i]) for i in range(N_p)]

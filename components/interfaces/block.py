@@ -97,13 +97,22 @@ class Continuous(Block[U, X, Y]):
         """One Runge-Kutta step with the inputs held."""
 
         def along(slope: X, share: float) -> X:
-            return combine(lambda a, b: a + share * h * b, x, slope)
+            return combine(_along(share * h), x, slope)
 
         k_1 = self.derivative(x, u)
         k_2 = self.derivative(along(k_1, 0.5), u)
         k_3 = self.derivative(along(k_2, 0.5), u)
         k_4 = self.derivative(along(k_3, 1.0), u)
-        return combine(lambda a, p, q, r, s: a + h / 6 * (p + 2 * q + 2 * r + s), x, k_1, k_2, k_3, k_4)
+        slope = combine(_simpson, k_1, k_2, k_3, k_4)
+        return along(slope, 1.0)
+
+
+def _along(h: float) -> Callable[[Any, Any], Any]:
+    return lambda value, slope: value + h * slope
+
+
+def _simpson(k_1: Any, k_2: Any, k_3: Any, k_4: Any) -> Any:
+    return (k_1 + 2 * k_2 + 2 * k_3 + k_4) / 6
 
 
 class Sampled(Block[U, X, Y]):
@@ -122,7 +131,9 @@ class Sampled(Block[U, X, Y]):
         return self.sample(x, u)[0]
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration))
+@dataclass_transform(
+    frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration)
+)
 def block(socket: Socket) -> Callable[[B], B]:
     """Make a class a block that fits `socket`; every declaration is checked here, every value at construction.
 
@@ -137,7 +148,9 @@ def block(socket: Socket) -> Callable[[B], B]:
         made.input_type, made.state_type, made.output_type = _signature(cls)
         for item in dataclasses.fields(made):
             if not isinstance(item.metadata.get("quantity"), Quantity):
-                raise refuse(f"{cls.__name__}.{item.name}", "a parameter without a quantity", "quantity(unit, description)")
+                raise refuse(
+                    f"{cls.__name__}.{item.name}", "a parameter without a quantity", "quantity(unit, description)"
+                )
         raise_if_any(socket.problems(made.name, made.inputs(), made.outputs()))
         return made
 

@@ -79,15 +79,19 @@ def smallest(values: Sequence[float]) -> float:
     return found
 
 
+def _column(expression: Any) -> Array:
+    return expression
+
+
 def vector(values: Sequence[float]) -> Array:
     """One column of several values."""
     if any(map(is_symbolic, values)):
-        return ca.vertcat(*values)
+        return _column(ca.vertcat(*values))
     return np.array([float(value) for value in values])
 
 
 def joined(parts: Sequence[Array]) -> Array:
     """Several columns, one below the other."""
     if any(map(is_symbolic, parts)):
-        return ca.vertcat(*parts)
+        return _column(ca.vertcat(*parts))
     return np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in parts]) if parts else np.zeros(0)

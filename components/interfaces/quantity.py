@@ -70,10 +70,12 @@ _KINDS = {Type.FLOAT64: "fiu", Type.INT32: "iu", Type.BOOLEAN: "b", Type.ENUMERA
 
 
 def _kind(value: np.ndarray[Any, Any]) -> str:
-    return {"b": "true/false", "i": "whole number", "u": "whole number", "f": "number"}.get(value.dtype.kind, "not a number")
+    return {"b": "true/false", "i": "whole number", "u": "whole number", "f": "number"}.get(
+        value.dtype.kind, "not a number"
+    )
 
 
-def quantity(  # noqa: PLR0913 - the declaration of a field reads as its table row
+def quantity(
     unit: str,
     description: str,
     *,

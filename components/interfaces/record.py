@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from math import prod
 from typing import Any, TypeVar, dataclass_transform, get_type_hints
 
@@ -26,19 +26,26 @@ class Variable:
     quantity: Quantity
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the array; empty for a scalar."""
+        return tuple(int(n) for n in self.quantity.shape)
+
+    @property
     def size(self) -> int:
         """Number of elements; 1 for a scalar."""
-        return prod(int(n) for n in self.quantity.shape)
+        return prod(self.shape)
 
     @property
     def elements(self) -> list[str]:
         """FMI 2.0 names of the elements: `name`, or `name[1]`, `name[2]`, ..."""
         if not self.quantity.shape:
             return [self.name]
-        return [f"{self.name}[{','.join(str(i + 1) for i in index)}]" for index in np.ndindex(*map(int, self.quantity.shape))]
+        return [f"{self.name}[{','.join(str(i + 1) for i in index)}]" for index in np.ndindex(*self.shape)]
 
 
-@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration))
+@dataclass_transform(
+    frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration)
+)
 def record(cls: type[R]) -> type[R]:
     """Make `cls` a closed, immutable record: every field is a quantity or another record.
 
@@ -47,17 +54,19 @@ def record(cls: type[R]) -> type[R]:
     made = dataclass(frozen=True, kw_only=True, eq=False)(cls)
     for name, kind in _fields(made):
         if kind is None:
-            raise refuse(f"{cls.__name__}.{name}", "a field without a quantity", "a field made by quantity(...) or a record")
+            raise refuse(
+                f"{cls.__name__}.{name}", "a field without a quantity", "a field made by quantity(...) or a record"
+            )
     return made
 
 
-@lru_cache(maxsize=None)
+@cache
 def _fields(cls: type) -> tuple[tuple[str, Quantity | type | None], ...]:
     hints = get_type_hints(cls)
-    found: list[tuple[str, Quantity | type | None]] = []
+    found: list[tuple[str, Any]] = []
     for item in dataclasses.fields(cls):
-        nested = hints[item.name]
-        declared = item.metadata.get("quantity")
+        nested: Any = hints[item.name]
+        declared: Quantity | None = item.metadata.get("quantity")
         found.append((item.name, declared or (nested if dataclasses.is_dataclass(nested) else None)))
     return tuple(found)
 

@@ -33,7 +33,8 @@ def staged(function: Callable[..., Y], returns: type[Y], dimensions: dict[str, i
         return function(*arguments)
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
     body = ca.Function(function.__name__.strip("_"), list(columns), [column_of(function(*records))])
-    return unpack(returns, body(*(pack(a) for a in arguments)), dimensions)
+    column: Any = body(*(pack(a) for a in arguments))
+    return unpack(returns, column, dimensions)
 
 
 def column_of(value: object) -> Any:

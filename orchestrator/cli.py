@@ -1,0 +1,169 @@
+"""The command `macrostep`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from components import BLOCKS
+from components.interfaces.problem import RequestError
+from fmus.compiler import BuildError
+from fmus.version import Version
+from orchestrator import scenario as scenarios
+from orchestrator.scenario import Options
+
+FAULT, WRONG = 1, 2
+"""Exit codes: the run ended in a fault; the request was wrong."""
+
+app = typer.Typer(
+    help="Co-simulate an automated vehicle: plant, traffic and controller as FMI components, inspected in Rerun.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
+out = Console(soft_wrap=True, highlight=False)
+err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+class Fmi(StrEnum):
+    """Versions of FMI."""
+
+    TWO = "2"
+    THREE = "3"
+
+
+@contextmanager
+def _working() -> Generator[Callable[[str], None]]:
+    """A line that says what is going on, on terminals; plain lines elsewhere only for what takes long."""
+    with err.status("starting") as status:
+
+        def tell(text: str) -> None:
+            status.update(text)
+            if text.startswith("built "):
+                err.print(text)
+
+        yield tell
+
+
+@app.command()
+def run(  # noqa: PLR0913 - one parameter per option of the command
+    scenario: Annotated[str, typer.Argument(help="A scenario by name, a .toml file, an .ssp file or a run folder.")],
+    plant: Annotated[str | None, typer.Option(help="Another plant: a block or FILE.fmu.")] = None,
+    traffic: Annotated[str | None, typer.Option(help="Other traffic: a block or FILE.fmu.")] = None,
+    controller: Annotated[str | None, typer.Option(help="Another controller: a block or FILE.fmu.")] = None,
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", help="Change a parameter: `controller.b_3=1e-2`. Repeatable.")
+    ] = None,
+    fmi: Annotated[Fmi, typer.Option(help="Version of FMI that blocks run as.")] = Fmi.THREE,
+    blocks: Annotated[bool, typer.Option("--blocks", help="Run blocks in this process, without a compiler.")] = False,  # noqa: FBT002
+    stop_time: Annotated[float | None, typer.Option(help="End of the run [s].")] = None,
+    step: Annotated[float | None, typer.Option(help="Macro step [s].")] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
+    ] = None,
+) -> None:
+    """Run a scenario and write its run folder.
+
+    The FMUs it needs are built on the way. Exit code 0: all well; 1: the run ended in a fault, everything up to it is
+    in the folder; 2: the request was wrong, nothing was written.
+    """
+    from orchestrator import recorder  # noqa: PLC0415 - pandas and pyarrow are slow to import
+    from orchestrator.run import execute, load  # noqa: PLC0415
+
+    chosen = {"plant": plant, "traffic": traffic, "controller": controller}
+    options = Options(
+        mode="blocks" if blocks else Version(int(fmi)),
+        replacements={socket: name for socket, name in chosen.items() if name is not None},
+        settings=setting or [],
+        step=step,
+        stop_time=stop_time,
+    )
+    with _working() as progress:
+        loaded = load(scenario, options, progress)
+        target = recorder.new_folder(loaded.name, folder)
+        finished = execute(loaded, target, progress)
+    for remark in loaded.remarks:
+        err.print(f"note: {remark}")
+    _report(finished.summary, target)
+    if finished.fault is not None:
+        err.print(f"macrostep: the run ended in a fault at {finished.fault}", style="red")
+        raise typer.Exit(FAULT)
+
+
+def _report(told: dict[str, Any], folder: Path) -> None:
+    """The run in a few lines."""
+    experiment, timing = told["experiment"], told["timing"]
+    title = f"{told['scenario']}: {experiment['ticks']} ticks of {experiment['step']:g} s"
+    if timing:
+        title += f", {timing['step_median_us']:.0f} us per step (median)"
+    out.print(f"[bold]{title}[/bold]")
+    for name, holds in told["verdicts"].items():
+        mark = "[green]yes[/green]" if holds else "[red]no[/red]"
+        out.print(f"  {name.replace('_', ' '):24}{mark}")
+    shown = ("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max", "r_peak", "mu_f_max", "mu_r_max")
+    for name in shown:
+        if name in told["metrics"]:
+            out.print(f"  {name:24}{told['metrics'][name]:.3f}")
+    out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp  figures/")
+    out.print(f"Look at it with: macrostep show {folder}")
+
+
+@app.command()
+def build(
+    fmi: Annotated[Fmi | None, typer.Option(help="Only this version of FMI; both if not given.")] = None,
+    folder: Annotated[Path | None, typer.Option("--out", help="Where to write fmi2/ and fmi3/.")] = None,
+) -> None:
+    """Build the FMUs of all blocks; what is up to date stays."""
+    versions = [Version(int(fmi))] if fmi else list(Version)
+    target = folder or scenarios.built_folder()
+    with _working() as progress:
+        files = scenarios.ensure_built(list(BLOCKS.values()), versions, target, progress)
+    out.print(f"{len(files)} FMUs in {target}/")
+
+
+@app.command("list")
+def list_() -> None:
+    """Show all scenarios and blocks."""
+    table = Table("scenario", "", box=None, title="Scenarios", title_justify="left")
+    for name in scenarios.names():
+        table.add_row(name, scenarios.read(name)[1].title)
+    out.print(table)
+    table = Table("block", "socket", "", box=None, title="Blocks", title_justify="left")
+    for block in BLOCKS.values():
+        table.add_row(block.name, block.socket.name, block.summary)
+    out.print(table)
+
+
+@app.command()
+def show(run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder or an .rrd file.")]) -> None:
+    """Open a run in the Rerun viewer."""
+    from orchestrator.viewer import open_viewer  # noqa: PLC0415 - Rerun is slow to import
+
+    open_viewer(run_folder)
+
+
+def main() -> None:
+    """Run the command; a wrong request is a message, never a traceback."""
+    try:
+        app()
+    except RequestError as error:
+        for problem in error.problems:
+            err.print("macrostep: ", end="", style="red")
+            err.print(str(problem), markup=False)
+        sys.exit(WRONG)
+    except BuildError as error:
+        err.print(f"macrostep: {error}", markup=False, style="red")
+        sys.exit(FAULT)
+
+
+if __name__ == "__main__":
+    main()

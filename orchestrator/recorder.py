@@ -1,0 +1,127 @@
+"""The run folder: everything that a run produced, enough to read it, trust it and repeat it.
+
+``signals.parquet`` (all signals, units in the metadata), ``recording.rrd`` (Rerun), ``summary.json`` (metrics,
+verdicts, versions, hashes, parameters), ``system.ssp`` and ``figures/*.png``. `summary.json` is written last: a folder
+without it is not whole.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, cast
+
+import numpy as np
+import pandas as pd
+
+from components.interfaces.problem import refuse
+from fmus.version import Version
+from orchestrator import metrics, ssp
+from orchestrator.master import Simulation, SimulationError
+from orchestrator.provenance import versions
+from orchestrator.scenario import Scenario
+from orchestrator.system import Fmu, System
+
+SUMMARY: Final = "summary.json"
+
+
+def new_folder(scenario: str, out: Path | None) -> Path:
+    """The folder for a run: `out`, or the next free ``runs/NAME-1``, ``-2``, ...
+
+    A former run at `out` is replaced; anything else that is there stays. Raises `RequestError`.
+    """
+    folder = out
+    if folder is None:
+        taken = {int(p.name.rpartition("-")[2]) for p in Path("runs").glob(f"{scenario}-[0-9]*") if _numbered(p)}
+        folder = Path("runs") / f"{scenario}-{max(taken, default=0) + 1}"
+    where, valid = str(folder), "a folder that is new, empty or a former run, in a place that can be written to"
+    if folder.is_file():
+        raise refuse(where, "a file", valid, "Choose another folder with --out.")
+    try:
+        if folder.is_dir() and any(folder.iterdir()):
+            if not is_run(folder):
+                raise refuse(where, "a folder with other things in it", valid, "Choose another folder with --out.")
+            shutil.rmtree(folder)
+        (folder / "figures").mkdir(parents=True, exist_ok=True)
+        (folder / ".writable").touch()
+        (folder / ".writable").unlink()
+    except OSError as error:
+        raise refuse(
+            where, f"a folder that cannot be written to ({error.strerror})", valid, "Choose another one."
+        ) from error
+    return folder
+
+
+def is_run(folder: Path) -> bool:
+    """Whether a folder holds a run, whole or cut short."""
+    return (folder / "system.ssp").is_file()
+
+
+def _numbered(path: Path) -> bool:
+    return path.name.rpartition("-")[2].isdigit()
+
+
+def summary(
+    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, fault: SimulationError | None
+) -> dict[str, Any]:
+    """The run in one page, for a person and for a machine."""
+    roles = {socket.name: unit for unit, socket in scenario.system.sockets.items()}
+    found = metrics.compute(frame, roles, scenario.scene) if scenario.scene is not None and len(frame) else {}
+    times = simulation.step_times[: len(frame)] * 1e6
+    told: dict[str, Any] = {
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "status": "finished" if fault is None else "fault",
+        "metrics": found,
+        "verdicts": metrics.verdicts(found),
+        "experiment": {"step": scenario.h, "stop_time": scenario.until, "ticks": len(frame)},
+        "schedule": str(simulation.schedule),
+        "units": {name: _unit(scenario.system, name) for name in scenario.system.units},
+        "connections": [str(c) for c in scenario.system.connections],
+        "parameters": scenario.sources,
+        "timing": _timing(times) if len(frame) else {},
+        "versions": versions(),
+    }
+    if fault is not None:
+        told["fault"] = {"tick": fault.tick, "time": fault.time, "unit": fault.unit, "reason": fault.reason}
+    return told
+
+
+def _timing(times: np.ndarray[Any, Any]) -> dict[str, float]:
+    """Wall time; the only part of a run that differs from one to the next."""
+    return {
+        "step_median_us": float(np.median(times)),
+        "step_p99_us": float(np.percentile(times, 99)),
+        "stepping_total_s": float(times.sum() / 1e6),
+    }
+
+
+def _unit(system: System, name: str) -> dict[str, Any]:
+    source = system.units[name]
+    socket = system.sockets.get(name)
+    told: dict[str, Any] = {"kind": source.interface.kind, "socket": socket.name if socket else None}
+    if isinstance(source, Fmu):
+        path = Path(source.path)
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        return {**told, "runs_as": f"FMI {Version(source.archive.version)}.0", "file": path.name, "sha256": digest}
+    return {**told, "runs_as": "block in this process"}
+
+
+def write_summary(told: Mapping[str, Any], folder: Path) -> None:
+    """Write `summary.json`, the last file of a run."""
+    text = json.dumps(told, indent=2, default=_plain)
+    (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return cast(Any, value).item()
+    raise TypeError(f"{type(value).__name__} in a summary")
+
+
+def write_system(scenario: Scenario, folder: Path) -> None:
+    """Write `system.ssp`, before the first step, so that even a run that dies can be repeated."""
+    ssp.write(scenario, folder / "system.ssp")

@@ -1,0 +1,94 @@
+"""One run from request to folder: prepare, step, record, and keep what there is when something fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from components.interfaces.problem import refuse
+from orchestrator import recorder, ssp_reader
+from orchestrator.master import Simulation, SimulationError
+from orchestrator.parquet import write_signals
+from orchestrator.scenario import Options, Scenario, parse_settings, prepare
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a run left behind."""
+
+    folder: Path
+    summary: dict[str, Any]
+    fault: SimulationError | None
+
+
+def load(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
+    """A scenario by name or file, a system in an `.ssp` file, or the system of a former run. Raises `RequestError`."""
+    path = Path(request)
+    if path.is_dir():
+        if not recorder.is_run(path):
+            raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
+        path = path / "system.ssp"
+    if path.suffix == ".ssp":
+        if options.replacements or options.mode != Options().mode:
+            raise refuse(
+                request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out"
+            )
+        return ssp_reader.read(path, parse_settings(options.settings), options.step, options.stop_time)
+    return prepare(request, options, progress)
+
+
+def execute(
+    scenario: Scenario, folder: Path, progress: Callable[[str], None], *, rerun: bool = True, figures: bool = True
+) -> Finished:
+    """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it."""
+    recorder.write_system(scenario, folder)
+    fault: SimulationError | None = None
+    progress(f"stepping {scenario.name}")
+    simulation = Simulation(scenario.system, h=scenario.h, until=scenario.until)
+    try:
+        with simulation:
+            simulation.run()
+    except SimulationError as error:
+        fault = error
+    frame = simulation.frame()
+    write_signals(frame, scenario, folder / "signals.parquet")
+    told = recorder.summary(scenario, simulation, frame, fault)
+    if rerun:
+        progress("writing the recording")
+        _record(scenario, simulation, frame, told, folder)
+    if figures and scenario.scene is not None and len(frame):
+        progress("drawing the figures")
+        from orchestrator import figures as drawing  # noqa: PLC0415 - matplotlib is slow to import
+
+        drawing.draw(frame, scenario.system, scenario.scene, folder / "figures")
+    recorder.write_summary(told, folder)
+    return Finished(folder, told, fault)
+
+
+def _record(
+    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, told: dict[str, Any], folder: Path
+) -> None:
+    from orchestrator.rerun_stream import RerunStream  # noqa: PLC0415 - Rerun is slow to import
+
+    about = {
+        "scenario": f"{scenario.name}: {scenario.title}",
+        "status": told["status"],
+        **{f"unit {name}": f"{unit['kind']}, {unit['runs_as']}" for name, unit in told["units"].items()},
+        **told["versions"],
+    }
+    stream = RerunStream(
+        folder / "recording.rrd",
+        scenario.system,
+        scenario.scene,
+        name=scenario.name,
+        h=scenario.h,
+        about=about,
+    )
+    try:
+        stream.log(frame, simulation.step_times)
+    finally:
+        stream.close()
