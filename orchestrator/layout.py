@@ -27,6 +27,11 @@ class Plot:
     signals: tuple[str, ...]
     limits: tuple[Limit, ...] = ()
 
+    @property
+    def quantity(self) -> str:
+        """The title without its question: what is on the vertical axis."""
+        return self.title.rpartition("? ")[2]
+
 
 def limits(system: System) -> list[Limit]:
     """The limits that the controller's parameters give, and the friction limit where its use is known."""

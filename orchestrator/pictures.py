@@ -28,6 +28,9 @@ HEIGHT: Final = 1.4
 ROAD_BEFORE: Final = 40.0
 """[m] of road that is drawn before the first and behind the last place of interest"""
 
+ROAD_AT_MOST: Final = (-1e4, 1e4)
+"""[m] a vehicle that is lost gets no road"""
+
 ERROR_SCALE: Final = 0.5
 """[m] path error that is drawn in full red"""
 
@@ -129,6 +132,12 @@ class Boxes:
     width: Array
     id: NDArray[np.int64]
 
+    @classmethod
+    def of(cls, x: Array, y: Array, psi: Array, length: Array, width: Array) -> Boxes:
+        """One box per row."""
+        row = np.arange(len(x), dtype=np.int64)
+        return cls(np.ones_like(row), row, x, y, psi, length, width, row)
+
     def where(self, rows: NDArray[np.bool_]) -> Boxes:
         """Only the boxes of some rows."""
         kept = rows[self.row]
@@ -187,9 +196,10 @@ def lane_marks(scene: Scene, x_min: float, x_max: float) -> Array:
 
 def error_colours(error: Array) -> NDArray[np.uint8]:
     """Green for no path error over yellow to red for `ERROR_SCALE` and more, (n, 3)."""
-    stops = np.array([[70, 200, 120], [245, 205, 70], [235, 65, 60]], dtype=float)
+    stops: Array = np.array([[70, 200, 120], [245, 205, 70], [235, 65, 60]], dtype=float)
     share = np.clip(np.abs(error) / ERROR_SCALE, 0, 1)
-    return np.column_stack([np.interp(share, [0, 0.5, 1], stop) for stop in stops.T]).astype(np.uint8)
+    channels: list[Array] = [np.interp(share, [0, 0.5, 1], stops[:, i]) for i in range(3)]
+    return np.column_stack(channels).astype(np.uint8)
 
 
 def waypoint_labels(x: Array, y: Array) -> list[str]:

@@ -149,10 +149,11 @@ class RerunStream:
 
     def _extend_road(self, scene: Scene, x: Array) -> None:
         """Draw the road anew where the places `x` reach beyond it."""
-        low, high = self._road
-        if len(x) and (x.min() - pictures.ROAD_BEFORE < low or x.max() + pictures.ROAD_BEFORE > high):
-            low = min(low, 100 * np.floor((x.min() - pictures.ROAD_BEFORE) / 100))
-            high = max(high, 100 * np.ceil((x.max() + pictures.ROAD_BEFORE) / 100))
+        places = np.clip(x[np.isfinite(x)], *pictures.ROAD_AT_MOST)
+        needed = (places.min(initial=0) - pictures.ROAD_BEFORE, places.max(initial=0) + pictures.ROAD_BEFORE)
+        if needed[0] < self._road[0] or needed[1] > self._road[1]:
+            low = min(self._road[0], 100 * np.floor(needed[0] / 100))
+            high = max(self._road[1], 100 * np.ceil(needed[1] / 100))
             self._road = (float(low), float(high))
             y_r, y_l = scene.y_right, scene.y_left
             surface = rr.Mesh3D(
@@ -241,7 +242,7 @@ class RerunStream:
         if plan is None:
             return
         x, y, x_d, upper, lower = plan
-        ahead = np.stack([x, y, np.full_like(x, 0.06)], axis=-1)
+        ahead: NDArray[Any] = np.stack([x, y, np.full_like(x, 0.06)], axis=-1)
         points = rr.Points3D.columns(positions=ahead.reshape(-1, 3)).partition([x.shape[1]] * len(x))
         self._send("/world/plan/points", points)
         if ego is not None:
@@ -249,7 +250,7 @@ class RerunStream:
             self._send("/world/plan", rr.LineStrips3D.columns(strips=np.concatenate([start, ahead], axis=1)))
         height = np.full_like(x, 0.05)
         sides = np.stack([np.stack([x_d, side, height], axis=-1) for side in (upper, lower)], axis=1)
-        strips = sides.reshape(-1, *sides.shape[2:])
+        strips: Any = sides.reshape(-1, *sides.shape[2:])
         self._send("/world/plan/corridor", rr.LineStrips3D.columns(strips=strips).partition([2] * len(x)))
 
 
@@ -273,7 +274,7 @@ def blueprint(system: System, scene: Scene | None) -> rrb.Blueprint:
 
 def _scene_view(name: str, hidden: Iterable[str], eye: rrb.EyeControls3D) -> rrb.View:
     """The world around the vehicle; the trail shows the whole past."""
-    past = {"start": rrb.TimeRangeBoundary.infinite(), "end": rrb.TimeRangeBoundary.cursor_relative()}
+    past: dict[str, Any] = {"start": rrb.TimeRangeBoundary.infinite(), "end": rrb.TimeRangeBoundary.cursor_relative()}
     trail = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(timeline, **past) for timeline in ("sim_time", "tick")])
     return rrb.Spatial3DView(
         origin="/world/follow",
