@@ -1,8 +1,9 @@
 """The schedule: in which order the units exchange data and step within one macro step, with no hidden delay.
 
 A unit is *early* when its outputs show by stepping and one of its connected outputs depends on a connected input
-(a controller): at t_k it must read and step before others can read it. All other units are *late*: they show their
-outputs at t_k, and step to t_{k+1} once their inputs at t_k are known. Outputs of a late unit that depend on its
+(a controller): at t_k it must read and step before others can read it. So is one that nobody reads, if it depends on
+its inputs. All other units are *late*: they show their outputs at t_k, and step to t_{k+1} once their inputs at t_k
+are known. Outputs of a late unit that depend on its
 inputs are shown again when these are known, if the unit can do that (`Interface.output_after_set`).
 """
 
@@ -13,6 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
+
+import numpy as np
 
 from components.interfaces.problem import refuse
 from orchestrator.system import Connection, System
@@ -58,21 +61,15 @@ def sequential(system: System) -> Schedule:
     return Schedule(tuple(order), tuple(before), tuple(after))
 
 
-def _reach(system: System, name: str) -> set[tuple[str, str]]:
-    """(input, output) of a unit, both connected, where the input reaches the output without delay."""
+def _is_early(system: System, name: str) -> bool:
     interface = system.units[name].interface
+    if interface.output_after_set:
+        return False
     read = {c.input for c in system.connections if c.unit == name}
     shown = {c.output for c in system.connections if c.source == name}
-    return {
-        (u.name, y.name)
-        for i, y in enumerate(interface.outputs)
-        for j, u in enumerate(interface.inputs)
-        if interface.feedthrough[i, j] and u.name in read and y.name in shown
-    }
-
-
-def _is_early(system: System, name: str) -> bool:
-    return not system.units[name].interface.output_after_set and bool(_reach(system, name))
+    rows = [i for i, y in enumerate(interface.outputs) if y.name in shown or not shown]
+    columns = [j for j, u in enumerate(interface.inputs) if u.name in read]
+    return bool(interface.feedthrough[np.ix_(rows, columns)].any())
 
 
 def _shows_again(system: System, name: str) -> bool:

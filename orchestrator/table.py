@@ -130,11 +130,13 @@ class Log:
         self.rows = {kind: np.zeros((length, n), dtype=DTYPES[kind]) for kind, n in table.recorded.items()}
         self._copies = [(self.rows[kind], table.columns[kind][:n]) for kind, n in table.recorded.items() if n]
         self._numbers = table.columns[Type.FLOAT64][: table.recorded[Type.FLOAT64]]
-        self._zeros = np.zeros_like(self._numbers)
+        self._finite = np.zeros(self._numbers.shape, dtype=np.bool_)
+        self._all_finite = np.ones_like(self._finite).tobytes()
 
     def keep(self, tick: int) -> bool:
         """Keep the present values as the row of `tick`; tells whether all of them are finite."""
         for rows, values in self._copies:
             rows[tick] = values
         self.kept = tick + 1
-        return self._zeros.dot(self._numbers) == 0.0  # 0 x (inf or NaN) is NaN
+        np.isfinite(self._numbers, self._finite)
+        return self._finite.tobytes() == self._all_finite  # three times faster than `all` on a short row

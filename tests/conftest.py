@@ -1,0 +1,19 @@
+from __future__ import annotations
+
+import os
+
+import pytest
+from hypothesis import settings
+
+os.environ.setdefault("RERUN_ANALYTICS", "0")
+
+# machines are shared and noisy: a slow example is no fault, and examples are the same in every run
+settings.register_profile("macrostep", deadline=None, derandomize=True)
+settings.load_profile("macrostep")
+
+
+@pytest.fixture
+def in_tmp_path(tmp_path, monkeypatch):
+    """The working folder of a command that writes runs/."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
