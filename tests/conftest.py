@@ -5,6 +5,10 @@ import os
 import pytest
 from hypothesis import settings
 
+from components import BLOCKS
+from fmus.version import Version
+from orchestrator import scenario
+
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 
 # machines are shared and noisy: a slow example is no fault, and examples are the same in every run
@@ -17,3 +21,11 @@ def in_tmp_path(tmp_path, monkeypatch):
     """The working folder of a command that writes runs/."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def built_fmus():
+    """The folder with all FMUs of both versions, built where `macrostep build` puts them."""
+    folder = scenario.built_folder()
+    scenario.ensure_built(list(BLOCKS.values()), list(Version), folder, lambda _: None)
+    return folder
