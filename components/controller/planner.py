@@ -4,13 +4,16 @@ Every obstacle in the ego's own lane that the ego would catch up with at `v_ref`
 ego is `l_before` behind it after travelling ``v_ref (x_o - l_before - x) / c`` and `l_after` ahead of it after
 ``v_ref (x_o + l_after - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
 too close behind each other for a return between them are passed in one go. A change that has begun is kept until its
-arc ends (RESOLUTIONS 22). Nothing here checks that the adjacent lane is free.
+arc ends (RESOLUTIONS 22); one that has not begun is dropped when nothing asks for it any more. A change that is needed
+at once begins at the ego. Nothing here checks that the adjacent lane is free.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, where
+from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, negate, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 
@@ -18,6 +21,8 @@ KEEP, OUT, BESIDE, BACK = range(4)
 """Phases: in the own lane, changing out, in the adjacent lane, changing back."""
 
 _FAR = 1e6
+_ANYWHERE = 1e12
+"""[m] Every place is nearer, but no number that is none."""
 _SLOWEST_CLOSING = 0.1
 """[m/s] An obstacle that the ego gains on more slowly than this does not block it."""
 
@@ -55,19 +60,36 @@ def no_manoeuvre() -> Manoeuvre:
     return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0)
 
 
+@dataclass(frozen=True)
+class Blockade:
+    """What blocks the own lane, and where that asks for the changes."""
+
+    blocked: bool
+    x_1: float
+    x_8: float
+    stays: bool
+    """Whether something leaves no room for a return before `x_8`."""
+    corner: tuple[float, float]
+
+
 def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> Manoeuvre:
     """The manoeuvre seen from this sample."""
-    blocked, x_1, x_8, corner = _blockers(lanes, ego, obstacles)
-    x_0 = where(before.located, before.x_0, ego.x)
-
     keep = before.phase <= KEEP
-    begins = both(keep, blocked)
-    x_0 = where(both(begins, both(before.planned, before.x_1 < ego.x)), ego.x, x_0)  # a new episode
-    x_1 = where(begins, fmax(x_1, x_0), before.x_1)
+    known = both(keep, before.planned > 0)
+    finished = both(known, ego.x >= before.x_8 + lanes.l_change)
+    pending = both(known, negate(finished))  # planned, but not begun
+    soonest_return = fmax(ego.x, before.x_1 + lanes.l_change)
+    ahead = _blockade(lanes, ego, obstacles, keep, soonest_return)
+
+    begins = both(keep, ahead.blocked)
+    x_0 = where(before.located, before.x_0, ego.x)
+    x_0 = where(both(begins, finished), ego.x, x_0)  # a new episode
+    earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
+    x_1 = where(begins, fmax(ahead.x_1, earliest), before.x_1)
     x_7 = x_1 + lanes.l_change
-    may_return_later = both(before.phase < BACK, blocked)
-    x_8 = where(may_return_later, fmax(x_8, x_7), where(before.phase < BACK, fmax(before.x_8, x_7), before.x_8))
-    planned = fmax(before.planned, where(begins, 1.0, 0.0))
+    changed = where(ahead.stays, fmax(ahead.x_8, x_7), fmax(before.x_8, x_7))
+    x_8 = where(before.phase < BACK, changed, before.x_8)
+    dropped = both(pending, negate(begins))  # what blocked the lane has gone before the change began
 
     phase = where(both(begins, ego.x >= x_1), float(OUT), before.phase)
     phase = where(both(phase == OUT, ego.x >= x_7), float(BESIDE), phase)
@@ -75,20 +97,24 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     phase = where(both(phase == BACK, ego.x >= x_8 + lanes.l_change), float(KEEP), phase)
     return Manoeuvre(
         phase=phase,
-        planned=planned,
-        located=1.0,
+        planned=where(begins, 1.0, where(dropped, 0.0, before.planned)),
+        located=where(absolute(ego.x) < _ANYWHERE, 1.0, before.located),
         x_0=x_0,
         x_1=x_1,
         x_8=x_8,
-        x_o=where(begins, corner[0], before.x_o),
-        y_o=where(begins, corner[1], before.y_o),
+        x_o=where(begins, ahead.corner[0], before.x_o),
+        y_o=where(begins, ahead.corner[1], before.y_o),
     )
 
 
-def _blockers(
-    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList
-) -> tuple[bool, float, float, tuple[float, float]]:
-    """Whether the own lane is blocked, P1 and P8 along the road, and the first obstacle's boundary corner."""
+def _blockade(
+    lanes: Lanes,
+    ego: VehicleState,
+    obstacles: ObstacleList,
+    keep: bool,  # noqa: FBT001 - a condition of the equations
+    soonest_return: float,
+) -> Blockade:
+    """What blocks the own lane; once out of it, only what the return at `soonest_return` would run into counts."""
     half_lane = absolute(lanes.y_adjacent - lanes.y_lane) / 2
     side = where(lanes.y_adjacent < lanes.y_lane, -1.0, 1.0)
     reached: list[tuple[bool, float, float]] = []
@@ -110,8 +136,9 @@ def _blockers(
     blocked = reached[0][0]
     for blocks, _, _ in reached[1:]:
         blocked = either(blocked, blocks)
-    back = first
+    soonest = where(keep, first, soonest_return)
+    back = soonest
     for _ in range(SLOTS):  # each round passes at least one more of the obstacles that leave no room for a return
         for blocks, x_1, x_8 in reached:
             back = where(both(blocks, x_1 < back + lanes.l_change), fmax(back, x_8), back)
-    return blocked, fmin(first, _FAR), back, (corner_x, corner_y)
+    return Blockade(blocked=blocked, x_1=first, x_8=back, stays=back > soonest, corner=(corner_x, corner_y))
