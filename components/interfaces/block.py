@@ -9,6 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform, get_args, get_type_hints
 
+import numpy as np
+
+from components.interfaces.maths import is_symbolic
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import Quantity, boolean, enumeration, integer, quantity
 from components.interfaces.record import Variable, combine, record, value_problems, variables
@@ -45,6 +48,10 @@ class Block(ABC, Generic[U, X, Y]):
 
     def __post_init__(self) -> None:
         raise_if_any(value_problems(self, self.name, self.dimensions()))
+        for variable in self.parameters():
+            value = getattr(self, variable.name)
+            if variable.shape and not is_symbolic(value):
+                object.__setattr__(self, variable.name, np.array(value, dtype=float))  # a list counts like an array
 
     @abstractmethod
     def start(self) -> X:
@@ -160,7 +167,7 @@ def block(socket: Socket) -> Callable[[B], B]:
 def _signature(cls: type) -> tuple[type, type, type]:
     for base in getattr(cls, "__orig_bases__", ()):
         arguments = get_args(base)
-        if len(arguments) == 3:  # noqa: PLR2004 - inputs, state, outputs
+        if len(arguments) == 3 and not any(isinstance(part, TypeVar) for part in arguments):  # noqa: PLR2004
             for part in arguments:
                 get_type_hints(part)
             return arguments

@@ -48,7 +48,10 @@ class Quantity:
 
     def problems(self, where: str, value: object) -> list[Problem]:
         """What is wrong with `value` as a value of this quantity (type, shape, finiteness, range)."""
-        found = np.asarray(value)
+        try:
+            found = np.asarray(value)
+        except ValueError:  # rows of different lengths
+            return [Problem(where, f"`{value}` (not an array)", self.range)]
         if found.dtype.kind not in _KINDS[self.type]:
             return [Problem(where, f"`{value}` ({_kind(found)})", self.range)]
         if found.shape != self.shape:
