@@ -56,7 +56,9 @@ def _working() -> Generator[Callable[[str], None]]:
 
 @app.command()
 def run(  # noqa: PLR0913 - one parameter per option of the command
-    scenario: Annotated[str, typer.Argument(help="A scenario by name, a .toml file, an .ssp file or a run folder.")],
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file or a run folder.")
+    ],
     plant: Annotated[str | None, typer.Option(help="Another plant: a block or FILE.fmu.")] = None,
     traffic: Annotated[str | None, typer.Option(help="Other traffic: a block or FILE.fmu.")] = None,
     controller: Annotated[str | None, typer.Option(help="Another controller: a block or FILE.fmu.")] = None,
@@ -76,8 +78,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     The FMUs it needs are built on the way. Exit code 0: all well; 1: the run ended in a fault, everything up to it is
     in the folder; 2: the request was wrong, nothing was written.
     """
-    from orchestrator import recorder  # noqa: PLC0415 - pandas and pyarrow are slow to import
-    from orchestrator.run import execute, load  # noqa: PLC0415
+    from orchestrator.run import execute, load  # noqa: PLC0415 - pandas and pyarrow are slow to import
 
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
     options = Options(
@@ -89,11 +90,10 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     )
     with _working() as progress:
         loaded = load(scenario, options, progress)
-        target = recorder.new_folder(loaded.name, folder)
-        finished = execute(loaded, target, progress)
+        finished = execute(loaded, folder, progress)
     for remark in loaded.remarks:
         err.print(f"note: {remark}")
-    _report(finished.summary, target)
+    _report(finished.summary, finished.folder)
     if finished.fault is not None:
         err.print(f"macrostep: the run ended in a fault at {finished.fault}", style="red")
         raise typer.Exit(FAULT)

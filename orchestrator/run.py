@@ -41,14 +41,13 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     return prepare(request, options, progress)
 
 
-def execute(
-    scenario: Scenario, folder: Path, progress: Callable[[str], None], *, rerun: bool = True, figures: bool = True
-) -> Finished:
-    """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it."""
-    recorder.write_system(scenario, folder)
-    fault: SimulationError | None = None
-    progress(f"stepping {scenario.name}")
+def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None]) -> Finished:
+    """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it. Raises `RequestError`."""
     simulation = Simulation(scenario.system, h=scenario.h, until=scenario.until)
+    folder = recorder.new_folder(scenario.name, out)
+    recorder.write_system(scenario, folder)
+    progress(f"stepping {scenario.name}")
+    fault: SimulationError | None = None
     try:
         with simulation:
             simulation.run()
@@ -57,16 +56,19 @@ def execute(
     frame = simulation.frame()
     write_signals(frame, scenario, folder / "signals.parquet")
     told = recorder.summary(scenario, simulation, frame, fault)
-    if rerun:
-        progress("writing the recording")
-        _record(scenario, simulation, frame, told, folder)
-    if figures and scenario.scene is not None and len(frame):
-        progress("drawing the figures")
-        from orchestrator import figures as drawing  # noqa: PLC0415 - matplotlib is slow to import
-
-        drawing.draw(frame, scenario.system, scenario.scene, folder / "figures")
+    progress("writing the recording")
+    _record(scenario, simulation, frame, told, folder)
+    progress("drawing the figures")
+    _draw(scenario, frame, folder)
     recorder.write_summary(told, folder)
     return Finished(folder, told, fault)
+
+
+def _draw(scenario: Scenario, frame: pd.DataFrame, folder: Path) -> None:
+    from orchestrator import figures  # noqa: PLC0415 - matplotlib is slow to import
+
+    if scenario.scene is not None and len(frame):
+        figures.draw(frame, scenario.system, scenario.scene, folder / "figures")
 
 
 def _record(

@@ -23,7 +23,10 @@ def rows(**changed):
         frame[f"others.obstacles.valid[{i + 1}]"] = np.full(N, i == 1)
         frame[f"others.obstacles.x[{i + 1}]"] = np.full(N, 10.0 * i)
         frame |= {f"others.obstacles.{s}[{i + 1}]": np.zeros(N) for s in ("y", "psi", "v")}
-        frame |= {f"others.obstacles.length[{i + 1}]": np.full(N, 4.0), f"others.obstacles.width[{i + 1}]": np.full(N, 2.0)}
+        frame |= {
+            f"others.obstacles.length[{i + 1}]": np.full(N, 4.0),
+            f"others.obstacles.width[{i + 1}]": np.full(N, 2.0),
+        }
     return pd.DataFrame({**frame, **{name.replace("__", "."): value for name, value in changed.items()}})
 
 
@@ -33,7 +36,9 @@ def test_the_gap_to_an_obstacle_is_between_the_boxes_and_invalid_slots_do_not_co
 
 def test_a_turned_car_reaches_further():
     psi = np.array([0, 0, np.pi / 2, 0, 0])
-    assert compute(rows(car__state__psi=psi, car__state__y=[0, 0, 1.5, 0, 0]), ROLES, SCENE)["gap_edge"] == pytest.approx(1.0)
+    assert compute(rows(car__state__psi=psi, car__state__y=[0, 0, 1.5, 0, 0]), ROLES, SCENE)[
+        "gap_edge"
+    ] == pytest.approx(1.0)
     assert compute(rows(car__state__x=[0, 1, 2, 3, 4.0]), ROLES, SCENE)["gap_obstacle"] == pytest.approx(2.0)
 
 

@@ -83,7 +83,9 @@ def test_a_value_without_a_source_is_refused_with_the_form_to_write():
         ' Write NAME = { value = ..., unit = "...", source = "..." }.'
     ]
     found = messages(scenario(plant={"block": "stationary", "parameters": {"x_start": 1.0}}))
-    assert found[0].startswith("mine.toml: plant.parameters.x_start: found `1.0`; valid: a valid dictionary or instance")
+    assert found[0].startswith(
+        "mine.toml: plant.parameters.x_start: found `1.0`; valid: a valid dictionary or instance"
+    )
 
 
 def test_text_that_is_no_toml_is_told_with_its_line(tmp_path):

@@ -12,8 +12,8 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from orchestrator.master import simulate
-from orchestrator.schedule import sequential
 from orchestrator.scenario import Options, prepare
+from orchestrator.schedule import sequential
 from orchestrator.system import System, block_source
 
 ANY = Socket(name="any", inputs={}, outputs={}, optional={})

@@ -87,8 +87,7 @@ def test_an_input_without_a_source_is_refused_and_can_be_held(static):
     wiring = {k: v for k, v in WIRING.items() if k != "plant.actuation"}
     found = problems(units=static.units, wiring=wiring, held={"plant.actuation.T_r": 0.0})
     assert found == [
-        "plant.actuation.delta_f: found no source; valid: a connection or a held value."
-        " Connect it, or give it a value."
+        "plant.actuation.delta_f: found no source; valid: a connection or a held value. Connect it, or give it a value."
     ]
     held = {"plant.actuation.T_r": 0.0, "plant.actuation.delta_f": 0.1}
     assert System(static.units, wiring, held).held == held

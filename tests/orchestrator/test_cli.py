@@ -1,0 +1,178 @@
+"""The command, as a person types it: what it prints, what it leaves behind, how it says no."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from orchestrator import cli
+
+NO_PICTURES = pytest.mark.usefixtures("without_pictures")
+
+
+@pytest.fixture
+def without_pictures(monkeypatch):
+    """Recording and figures have tests of their own."""
+    monkeypatch.setattr("orchestrator.run._record", lambda *_: None)
+    monkeypatch.setattr("orchestrator.run._draw", lambda *_: None)
+
+
+@pytest.fixture
+def macrostep(in_tmp_path, monkeypatch, capsys):
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        said = capsys.readouterr()
+        return end.value.code or 0, said.out, said.err
+
+    return call
+
+
+def test_a_run_leaves_a_complete_folder(macrostep, in_tmp_path):
+    code, out, _ = macrostep("run", "static", "--blocks", "--stop-time", 1.0)
+    assert code == 0
+    folder = in_tmp_path / "runs" / "static-1"
+    found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    assert {"signals.parquet", "recording.rrd", "summary.json", "system.ssp", "figures/trajectory.png"} <= found
+    assert "no contact" in out
+    assert "runs/static-1/" in out
+
+
+@NO_PICTURES
+def test_the_next_run_takes_the_next_number(macrostep, in_tmp_path):
+    for _ in range(2):
+        macrostep("run", "idle", "--blocks")
+    assert sorted(p.name for p in (in_tmp_path / "runs").iterdir()) == ["idle-1", "idle-2"]
+
+
+@NO_PICTURES
+def test_signals_carry_their_units_and_the_summary_its_provenance(macrostep, in_tmp_path):
+    macrostep("run", "static", "--blocks", "--out", "r", "--set", "plant.m=2100", "--stop-time", 0.5)
+    schema = pq.read_schema("r/signals.parquet")
+    assert schema.field("plant.state.v_x").metadata[b"unit"] == b"m/s"
+    assert schema.field("plant.actuation.T_r" if "plant.actuation.T_r" in schema.names else "controller.actuation.T_r")
+    assert json.loads(schema.field("controller.solver.status").metadata[b"items"]) == {
+        "converged": 1,
+        "iteration_limit": 2,
+        "fallback": 3,
+    }
+    told = json.loads((in_tmp_path / "r" / "summary.json").read_text())
+    assert told["status"] == "finished"
+    assert told["parameters"]["plant.m"] == {"value": 2100, "unit": "kg", "source": "--set"}
+    assert told["parameters"]["plant.l_f"] == {"value": 1.2, "unit": "m", "source": "paper, Table 1"}
+    assert told["experiment"] == {"step": 0.1, "stop_time": 0.5, "ticks": 6}
+    assert {"macrostep", "python", "casadi", "fmpy", "numpy", "rerun-sdk"} <= told["versions"].keys()
+
+
+@NO_PICTURES
+@pytest.mark.parametrize("how", [["--blocks"], ["--fmi", "2"], ["--fmi", "3"]])
+def test_a_run_can_be_repeated_from_its_folder_alone(macrostep, built_fmus, how):
+    macrostep("run", "static", *how, "--set", "controller.b_3=2e-2", "--out", "first")
+    code, _, _ = macrostep("run", "first", "--out", "second")
+    assert code == 0
+    assert pd.read_parquet("first/signals.parquet").equals(pd.read_parquet("second/signals.parquet"))
+    first, second = (json.loads(Path(r, "summary.json").read_text()) for r in ("first", "second"))
+    assert {**first, "timing": 0} == {**second, "timing": 0}
+
+
+@NO_PICTURES
+def test_a_former_run_is_replaced_and_anything_else_stays(macrostep, in_tmp_path):
+    for _ in range(2):
+        assert macrostep("run", "idle", "--blocks", "--out", "r")[0] == 0
+    (in_tmp_path / "mine").mkdir()
+    (in_tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    code, _, err = macrostep("run", "idle", "--blocks", "--out", "mine")
+    assert code == 2
+    assert "mine: found a folder with other things in it; valid: a folder that is new" in err
+    assert (in_tmp_path / "mine" / "thesis.txt").exists()
+
+
+def test_an_output_folder_that_is_a_file_or_cannot_be_made_is_refused(macrostep, in_tmp_path):
+    (in_tmp_path / "file").write_text("x")
+    code, _, err = macrostep("run", "idle", "--blocks", "--out", "file")
+    assert (code, "file: found a file; valid: a folder" in err) == (2, True)
+    code, _, err = macrostep("run", "idle", "--blocks", "--out", "file/run")
+    assert (code, "found a folder that cannot be written to (Not a directory)" in err) == (2, True)
+
+
+def test_a_wrong_request_is_one_message_exit_code_2_and_nothing_is_left(macrostep, in_tmp_path):
+    code, out, err = macrostep("run", "statik", "--blocks")
+    assert (code, out) == (2, "")
+    assert err.splitlines()[-1].startswith("macrostep: scenario `statik`: found no such scenario; valid: ")
+    assert "Traceback" not in err
+    code, _, err = macrostep("run", "static", "--blocks", "--set", "plant.m=-1", "--set", "plant.mu=9")
+    assert code == 2
+    assert "macrostep: plant.m: found -1; valid: 1 <= finite number [kg]" in err
+    assert "macrostep: plant.mu: found 9; valid: 0.01 <= finite number <= 2" in err
+    code, _, err = macrostep("run", "static", "--plant", "theirs.fmu", "--blocks")
+    assert (code, "theirs.fmu: found no such file; valid: an FMU" in err) == (2, True)
+    code, _, err = macrostep("run", "static", "--step", "0.3", "--blocks")
+    assert (code, "stop time: found 11.3 s; valid: a whole number of steps of 0.3 s" in err) == (2, True)
+    assert list(in_tmp_path.iterdir()) == []
+
+
+def test_an_option_with_the_wrong_type_is_exit_code_2(macrostep):
+    code, _, err = macrostep("run", "static", "--step", "soon")
+    assert code == 2
+    assert "soon" in err
+    assert "--step" in err
+
+
+@NO_PICTURES
+def test_a_fault_is_exit_code_1_and_keeps_every_row(macrostep, in_tmp_path):
+    code, _, err = macrostep("run", "static", "--blocks", "--set", "plant.v_x_start=0.0", "--out", "r")
+    assert code == 1
+    assert "the run ended in a fault at tick 0 (t = 0 s), unit `plant`: the signal `plant." in err
+    told = json.loads((in_tmp_path / "r" / "summary.json").read_text())
+    assert told["status"] == "fault"
+    assert told["fault"]["unit"] == "plant"
+    assert len(pd.read_parquet("r/signals.parquet")) == 1
+
+
+def test_list_names_scenarios_and_blocks(macrostep):
+    code, out, _ = macrostep("list")
+    assert code == 0
+    for name in ("static", "static-literal", "idle", "bicycle", "ramp_traffic", "mpc", "coast"):
+        assert name in out
+
+
+def test_build_says_where_the_fmus_are(macrostep, in_tmp_path):
+    code, out, _ = macrostep("build", "--out", "built", "--fmi", "2")
+    assert code == 0
+    assert "FMUs in built/" in out
+    assert (in_tmp_path / "built" / "fmi2" / "mpc.fmu").is_file()
+
+
+def test_without_a_compiler_the_message_says_what_to_install(in_tmp_path):
+    environment = {**os.environ, "PATH": "", "CC": ""}
+    done = subprocess.run(
+        [sys.executable, "-m", "orchestrator.cli", "build", "--out", "built"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "gcc" in done.stderr
+    assert not list(in_tmp_path.rglob("*.fmu"))
+
+
+def test_show_of_something_that_is_no_run_is_refused(macrostep, in_tmp_path):
+    code, _, err = macrostep("show", "nowhere")
+    assert (code, "nowhere: found no recording.rrd; valid: a run folder, or an .rrd file" in err) == (2, True)
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["build"], ["list"], ["show"]])
+def test_help_reads_well(macrostep, command):
+    code, out, _ = macrostep(*command, "--help")
+    assert code == 0
+    assert "Usage" in out
