@@ -78,11 +78,14 @@ class Pieces:
 def path_error(waypoints_x: Array, waypoints_y: Array, x: Array, y: Array) -> Array:
     """Lateral distance [m] of (x, y) from the path of the same row, positive to the left of it.
 
-    Waypoints have the shape (n, 15), positions (n,). Zero lengths are allowed for.
+    Waypoints have the shape (n, 15), positions (n,). Zero lengths are allowed for; a position that is not a number
+    has an error that is none.
     """
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = np.where(known, x, 0.0), np.where(known, y, 0.0)
     arcs, lines = _dubins(waypoints_x, waypoints_y), _lines(waypoints_x, waypoints_y)
     found = [_nearest(pieces.offsets(x, y)) for pieces in (arcs, lines)]
-    return np.where(_is_dubins(arcs, waypoints_x, waypoints_y), *found)
+    return np.where(known, np.where(_is_dubins(arcs, waypoints_x, waypoints_y), *found), np.nan)
 
 
 def path_lines(waypoints_x: Array, waypoints_y: Array) -> list[Array]:

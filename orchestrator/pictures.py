@@ -25,6 +25,9 @@ Array: TypeAlias = NDArray[np.float64]
 HEIGHT: Final = 1.4
 """[m] of all vehicles; no signal carries it"""
 
+LARGEST: Final = 1e9
+"""Geometry ends here: viewers compute with 32 bits"""
+
 ROAD_BEFORE: Final = 40.0
 """[m] of road that is drawn before the first and behind the last place of interest"""
 
@@ -94,9 +97,11 @@ class Columns:
         return np.ascontiguousarray(self._rows[:, places])
 
     def bus(self, unit: str | None, bus: str, *names: str) -> tuple[Array, ...] | None:
-        """Several signals of one bus; `None` unless all of them are there."""
+        """Several signals of one bus, cut to what a picture can hold; `None` unless all of them are there."""
         paths = [f"{unit}.{bus}.{name}" for name in names]
-        return tuple(map(self.of, paths)) if all(path in self._places for path in paths) else None
+        if not all(path in self._places for path in paths):
+            return None
+        return tuple(np.clip(self.of(path), -LARGEST, LARGEST) for path in paths)
 
 
 @dataclass(frozen=True)
@@ -197,7 +202,7 @@ def lane_marks(scene: Scene, x_min: float, x_max: float) -> Array:
 def error_colours(error: Array) -> NDArray[np.uint8]:
     """Green for no path error over yellow to red for `ERROR_SCALE` and more, (n, 3)."""
     stops: Array = np.array([[70, 200, 120], [245, 205, 70], [235, 65, 60]], dtype=float)
-    share = np.clip(np.abs(error) / ERROR_SCALE, 0, 1)
+    share = np.clip(np.abs(np.nan_to_num(error, nan=ERROR_SCALE)) / ERROR_SCALE, 0, 1)
     channels: list[Array] = [np.interp(share, [0, 0.5, 1], stops[:, i]) for i in range(3)]
     return np.column_stack(channels).astype(np.uint8)
 

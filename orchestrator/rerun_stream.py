@@ -54,7 +54,7 @@ class RerunStream:
     def __init__(  # noqa: PLR0913 - what a recording is made of
         self, path: Path, system: System, scene: Scene | None, *, name: str, h: float, about: Mapping[str, str]
     ) -> None:
-        self._who = pictures.cast(system)
+        self._system, self._who = system, pictures.cast(system)
         self._signals, self._limits = pictures.signals(system), layout.limits(system)
         self._scene = None if self._who.is_empty else scene
         self._h = h
@@ -123,11 +123,32 @@ class RerunStream:
                 self._static(_entity("states", signal.path), rr.StateConfiguration(values=names, colors=colours))
         for limit in self._limits:
             self._static(_limit(limit), rr.SeriesLines(names=limit.label, colors=_LIMIT, widths=1.0))
-        self._static("/derived/path_error", _lines(["path error [m]"]))
+        if layout.has_path_error(self._system):
+            self._static("/derived/path_error", _lines(["path error [m]"]))
         self._static("/performance/step_time", _lines([f"time per step [{_MICROSECONDS}]"]))
 
     def _style_world(self, scene: Scene) -> None:
         self._static("/world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+        if self._who.plant is not None:
+            self._style_ego(scene)
+        solid = rr.Boxes3D.from_fields(colors=_OBSTACLE, fill_mode="solid")
+        styles = [
+            ("obstacles", "/footprint", solid),
+            ("obstacles", "/body", solid),
+            ("obstacles", "/boundary", rr.LineStrips3D.from_fields(colors=_BOUNDARY, radii=_points(1.5))),
+            ("path", "", rr.LineStrips3D.from_fields(colors=_PATH, radii=_points(1.5))),
+            ("path", "/waypoints", rr.Points3D.from_fields(colors=_PATH, radii=_points(4))),
+            ("plan", "", rr.LineStrips3D.from_fields(colors=_PLAN, radii=_points(2))),
+            ("plan", "/points", rr.Points3D.from_fields(colors=_PLAN, radii=_points(3.5))),
+            ("plan", "/corridor", rr.LineStrips3D.from_fields(colors=_CORRIDOR, radii=_points(2))),
+        ]
+        buses = {signal.bus.rpartition(".")[2] for signal in self._signals}
+        for bus, entity, style in styles:
+            if bus in buses:
+                self._static(f"/world/{bus}{entity}", style)
+        self._extend_road(scene, np.array([0.0, 100.0]))
+
+    def _style_ego(self, scene: Scene) -> None:
         length, width = scene.ego_length, scene.ego_width
         self._static("/world/ego/footprint", _box(length, width, _FLAT, _EGO))
         self._static("/world/ego/body", _box(length, width, pictures.HEIGHT, _EGO))
@@ -137,15 +158,6 @@ class RerunStream:
             )
             self._static(f"/world/ego/{name}/heading", arrow)
         self._static("/world/trail", rr.Points3D.from_fields(radii=0.15))
-        for name in ("footprint", "body"):
-            self._static(f"/world/obstacles/{name}", rr.Boxes3D.from_fields(colors=_OBSTACLE, fill_mode="solid"))
-        self._static("/world/obstacles/boundary", rr.LineStrips3D.from_fields(colors=_BOUNDARY, radii=_points(1.5)))
-        self._static("/world/path", rr.LineStrips3D.from_fields(colors=_PATH, radii=_points(1.5)))
-        self._static("/world/path/waypoints", rr.Points3D.from_fields(colors=_PATH, radii=_points(4)))
-        self._static("/world/plan", rr.LineStrips3D.from_fields(colors=_PLAN, radii=_points(2)))
-        self._static("/world/plan/points", rr.Points3D.from_fields(colors=_PLAN, radii=_points(3.5)))
-        self._static("/world/plan/corridor", rr.LineStrips3D.from_fields(colors=_CORRIDOR, radii=_points(2)))
-        self._extend_road(scene, np.array([0.0, 100.0]))
 
     def _extend_road(self, scene: Scene, x: Array) -> None:
         """Draw the road anew where the places `x` reach beyond it."""

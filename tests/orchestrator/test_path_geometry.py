@@ -53,3 +53,10 @@ def test_the_line_to_draw_lies_on_the_path_and_is_fine() -> None:
     np.testing.assert_allclose(line[[0, -1]], [[0, 0], [120, 0]], atol=1e-9)
     turns = np.diff(np.arctan2(*np.diff(line, axis=0).T[::-1]))
     assert np.abs(turns).max() < np.radians(3)
+
+
+def test_a_position_that_is_not_a_number_has_no_error() -> None:
+    path = _path()
+    x, y = np.array([np.inf, 5.0, 5.0]), np.array([0.0, np.nan, 0.5])
+    found = path_error(np.tile(path.waypoints.x, (3, 1)), np.tile(path.waypoints.y, (3, 1)), x, y)
+    np.testing.assert_array_equal(found, [np.nan, np.nan, 0.5])

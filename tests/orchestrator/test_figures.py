@@ -1,0 +1,69 @@
+"""The figures of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from orchestrator.figures import draw
+from orchestrator.master import simulate
+from orchestrator.scenario import Options, prepare
+from orchestrator.system import System
+
+
+@pytest.fixture(scope="module")
+def static():
+    return prepare("static", Options(mode="blocks"))
+
+
+@pytest.fixture(scope="module")
+def rows(static):
+    return simulate(static.system, h=static.h, until=static.until)
+
+
+def _colours(path):
+    return np.asarray(Image.open(path).convert("RGB")).reshape(-1, 3).astype(int)
+
+
+def test_all_figures_of_the_static_scenario(static, rows, tmp_path):
+    files = draw(rows, static.system, static.scene, tmp_path / "figures")
+    assert [f.name for f in files] == [
+        "trajectory.png",
+        "actuation.png",
+        "yaw_rate.png",
+        "acceleration.png",
+        "friction.png",
+        "speed.png",
+        "path_error.png",
+    ]
+    pixels = _colours(files[0])
+    for colour in ((31, 111, 209), (209, 96, 42), (138, 92, 201)):  # driven, obstacles, path
+        assert (np.abs(pixels - colour).max(axis=1) < 12).sum() > 100
+
+
+def test_nothing_is_cut_off(static, rows, tmp_path):
+    for file in draw(rows, static.system, static.scene, tmp_path):
+        picture = np.asarray(Image.open(file).convert("L"))
+        for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+            assert edge.min() == 255, file.name
+
+
+def test_a_system_without_sockets_has_no_figures(static, rows, tmp_path):
+    plain = System(units=static.system.units, wiring=static.system.wiring)
+    assert draw(rows, plain, static.scene, tmp_path) == []
+
+
+def test_what_is_not_there_is_not_drawn(tmp_path):
+    idle = prepare("idle", Options(mode="blocks"))
+    files = draw(simulate(idle.system, h=0.1, until=1.0), idle.system, idle.scene, tmp_path)
+    assert [f.name for f in files] == ["trajectory.png", "actuation.png", "yaw_rate.png", "speed.png"]
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_run_that_broke_is_drawn(static, rows, tmp_path, n):
+    frame = rows.head(n + 1).copy()
+    frame.loc[n, "plant.state.x"] = np.nan
+    frame.loc[n, "plant.state.y"] = 1e30
+    assert draw(frame, static.system, static.scene, tmp_path)
+    assert draw(frame.head(1), static.system, static.scene, tmp_path)
