@@ -1,0 +1,72 @@
+"""The same text computes the same with numbers and with symbols."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from components.interfaces import maths
+from components.interfaces.frames import corners, to_road
+
+finite = st.floats(-50, 50)
+EXPRESSIONS = {
+    "sin": lambda v: maths.sin(v[0]),
+    "cos": lambda v: maths.cos(v[0]),
+    "tan": lambda v: maths.tan(v[0] / 50),
+    "acos": lambda v: maths.acos(v[0] / 51),
+    "tanh": lambda v: maths.tanh(v[0]),
+    "atan2": lambda v: maths.atan2(v[0], v[1]),
+    "sqrt": lambda v: maths.sqrt(v[0] * v[0]),
+    "exp": lambda v: maths.exp(v[0] / 10),
+    "fmin": lambda v: maths.fmin(v[0], v[1]),
+    "fmax": lambda v: maths.fmax(v[0], v[1]),
+    "both": lambda v: maths.where(maths.both(v[0] > 0, v[1] > 0), 1.0, 0.0),
+    "either": lambda v: maths.where(maths.either(v[0] > 0, v[1] > 0), 1.0, 0.0),
+    "negate": lambda v: maths.where(maths.negate(v[0] > v[1]), 1.0, 0.0),
+    "where": lambda v: maths.where(v[0] < v[1], v[0], 2 * v[1]),
+    "absolute": lambda v: maths.absolute(v[0]),
+    "sign": lambda v: maths.sign(v[0]),
+    "clip": lambda v: maths.clip(v[0], -1.0, 2.0),
+    "largest": lambda v: maths.largest([v[0], v[1], 1.0]),
+    "smallest": lambda v: maths.smallest([v[0], v[1], 1.0]),
+    "vector": lambda v: maths.vector([v[0], 3.0, v[1]])[2],
+    "joined": lambda v: maths.joined([maths.vector([v[0], v[1]]), maths.vector([v[1], v[0]])])[3],
+}
+
+
+@pytest.mark.parametrize("name", EXPRESSIONS)
+@pytest.mark.parametrize("graph", [ca.SX, ca.MX])
+@given(a=finite, b=finite)
+def test_numbers_and_symbols_agree(name, graph, a, b):
+    symbols = graph.sym("v", 2)
+    lowered = ca.Function("f", [symbols], [EXPRESSIONS[name](symbols)])
+    numbers = np.array([a, b])
+    assert float(lowered(numbers)) == pytest.approx(float(EXPRESSIONS[name](numbers)), rel=1e-15, abs=1e-15)
+
+
+@pytest.mark.parametrize("graph", [ca.SX, ca.MX])
+def test_the_branch_that_is_not_taken_may_be_no_number(graph):
+    x = graph.sym("x")
+    lowered = ca.Function("f", [x], [maths.where(x > 0, maths.sqrt(x), 7.0), maths.where(x <= 0, 7.0, maths.sqrt(x))])
+    assert [float(v) for v in lowered(-1.0)] == [7.0, 7.0]
+    assert [float(v) for v in lowered(4.0)] == [2.0, 2.0]
+    assert maths.where(np.bool_(0), float("nan"), 7.0) == 7.0
+
+
+def test_joining_nothing_gives_an_empty_column():
+    assert maths.joined([]).shape == (0,)
+
+
+@given(psi=st.floats(-4, 4), forward=finite, left=finite)
+def test_the_way_to_the_road_frame_is_a_rotation_of_the_complex_plane(psi, forward, left):
+    turned = complex(forward, left) * np.exp(1j * psi)
+    assert complex(*to_road(psi, forward, left)) == pytest.approx(turned, rel=1e-13, abs=1e-13)
+
+
+def test_the_corners_of_a_box_start_front_left_and_run_counter_clockwise():
+    assert corners(10.0, 1.0, 0.0, 4.0, 2.0) == [(12.0, 2.0), (8.0, 2.0), (8.0, 0.0), (12.0, 0.0)]
+    turned = corners(0.0, 0.0, np.pi / 2, 4.0, 2.0)  # facing left: the front left corner is behind on the left
+    assert np.allclose(turned, [(-1, 2), (-1, -2), (1, -2), (1, 2)], atol=1e-15)

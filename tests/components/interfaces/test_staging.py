@@ -1,0 +1,40 @@
+"""A staged part of the equations is the call itself, whatever it is fed with."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from components.interfaces.buses import Actuation
+from components.interfaces.maths import sin
+from components.interfaces.record import pack
+from components.interfaces.staging import column_of, staged, symbols
+
+
+def _twice(first: Actuation, second: Actuation) -> Actuation:
+    return Actuation(delta_f=sin(first.delta_f) + second.T_r, T_r=first.T_r * second.delta_f)
+
+
+FIRST, SECOND = Actuation(delta_f=0.3, T_r=5.0), Actuation(delta_f=-0.2, T_r=7.0)
+
+
+def test_with_numbers_it_is_the_call():
+    assert pack(staged(_twice, Actuation, {}, FIRST, SECOND)).tolist() == pack(_twice(FIRST, SECOND)).tolist()
+
+
+def test_with_graph_symbols_it_is_one_node_with_the_same_value():
+    column, record = symbols(Actuation, {}, ca.MX)
+    result = staged(_twice, Actuation, {}, record, SECOND)
+    function = ca.Function("f", [column], [pack(result)])
+    assert np.allclose(np.asarray(function(pack(FIRST))).ravel(), pack(_twice(FIRST, SECOND)), rtol=1e-15)
+    assert any(function.instruction_id(i) == ca.OP_CALL for i in range(function.n_instructions()))
+
+
+def test_with_scalar_symbols_it_is_the_call():
+    column, record = symbols(Actuation, {}, ca.SX)
+    function = ca.Function("f", [column], [pack(staged(_twice, Actuation, {}, record, SECOND))])
+    assert np.allclose(np.asarray(function(pack(FIRST))).ravel(), pack(_twice(FIRST, SECOND)), rtol=1e-15)
+
+
+def test_a_record_of_numbers_becomes_an_expression():
+    assert isinstance(column_of(FIRST), ca.DM)
