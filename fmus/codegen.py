@@ -23,6 +23,16 @@ _ROLES = {
     ("output", "discrete"): "OUTPUT",
 }
 _TYPES = {Type.FLOAT64: "FLOAT64", Type.INT32: "INT32", Type.BOOLEAN: "BOOLEAN", Type.ENUMERATION: "ENUMERATION"}
+_HIDE = """#include <math.h>
+
+/* see model.h */
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+"""
+_SHOW = """#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif"""
 _MOST_VARIABLES = 65535
 """What a reference of `variable_of` in runtime/model.h can name."""
 
@@ -33,18 +43,24 @@ def equations_source(lowered: Lowered) -> str:
     A sampled block has no `output`: `step` gives the outputs, and its equations stand in the file once.
     """
     generator = ca.CodeGenerator("model.c", {"with_export": False, "casadi_int": "long long int"})
-    for function in (lowered.start, lowered.step) if lowered.sampled else (lowered.start, lowered.output, lowered.step):
-        generator.add(_dense(function))
-    return generator.dump()
+    for name in _functions(lowered.sampled):
+        generator.add(_exported(getattr(lowered, name)))
+    return f"{_HIDE}\n{generator.dump()}\n{_SHOW}\n"
 
 
-def _dense(function: ca.Function) -> ca.Function:
-    """The function with all results as full columns: CasADi leaves structural zeros out of sparse ones."""
-    if all(function.sparsity_out(i).is_dense() for i in range(function.n_out())):
-        return function
-    arguments = function.mx_in()
-    results = [ca.densify(result) for result in function.call(arguments)]
-    return ca.Function(function.name(), arguments, results, function.name_in(), function.name_out())
+def _functions(sampled: bool) -> tuple[str, ...]:  # noqa: FBT001 - private
+    return ("start", "step") if sampled else ("start", "output", "step")
+
+
+def _exported(function: ca.Function) -> ca.Function:
+    """The function by its name in C, with all results as full columns.
+
+    CasADi leaves structural zeros out of sparse results. And a plain `step` would be taken for a forgotten function
+    of the GNU C library wherever symbols are not hidden.
+    """
+    arguments = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
+    results = [ca.densify(result) for result in function.call(arguments, True, False)]  # noqa: FBT003 - CasADi's signature
+    return ca.Function(f"model_{function.name()}", arguments, results, function.name_in(), function.name_out())
 
 
 def variables_source(interface: Interface, token: str) -> str:
@@ -55,7 +71,6 @@ def variables_source(interface: Interface, token: str) -> str:
         raise ValueError(message)
     start = [value for v in (*interface.parameters, *interface.inputs) for value in v.start]
     owner = [index for index, (variable, _, _) in enumerate(table) for _ in range(variable.size if variable else 1)]
-    functions = ("start", "step") if interface.sampled else ("start", "output", "step")
     return "\n".join(
         [
             "/* Generated: the variables of this model, see model.h. */",
@@ -63,7 +78,7 @@ def variables_source(interface: Interface, token: str) -> str:
             "",
             "#include <math.h>",
             "",
-            *(f"Evaluate {name};\nWorkSizes {name}_work;" for name in functions),
+            *(f"Evaluate model_{name};\nWorkSizes model_{name}_work;" for name in _functions(interface.sampled)),
             "",
             _array("double", "start_values", map(_number, start)),
             _array("Variable", "variables", (_row(*entry) for entry in table)),
@@ -98,7 +113,7 @@ def _row(variable: Variable | None, role: str, reference: int) -> str:
 
 def _model(interface: Interface, token: str, n_variables: int) -> str:
     block = interface.block
-    output = "{NULL, NULL}" if interface.sampled else "{output, output_work}"
+    output = "{NULL, NULL}" if interface.sampled else "{model_output, model_output_work}"
     return f"""const Model model = {{
     .name = "{block.name}",
     .token = "{token}",
@@ -112,9 +127,9 @@ def _model(interface: Interface, token: str, n_variables: int) -> str:
     .variables = variables,
     .n_variables = {n_variables},
     .variable_of = variable_of,
-    .initial = {{start, start_work}},
+    .initial = {{model_start, model_start_work}},
     .output = {output},
-    .step = {{step, step_work}},
+    .step = {{model_step, model_step_work}},
 }};"""
 
 

@@ -11,6 +11,10 @@
 
 #include "model.h"
 
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden) /* see model.h */
+#endif
+
 /* The same numbers as in fmi2Status and fmi3Status. */
 typedef enum { STATUS_OK = 0, STATUS_WARNING = 1, STATUS_ERROR = 3 } Status;
 
@@ -137,5 +141,9 @@ void snapshot_free(void **snapshot);
 size_t snapshot_size(void);
 Status snapshot_serialize(Instance *self, const char *call, const void *snapshot, void *bytes, size_t size);
 Status snapshot_deserialize(Instance *self, const char *call, const void *bytes, size_t size, void **snapshot);
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif

@@ -18,6 +18,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Only the functions of FMI are for others, whatever flags an importer compiles with: two FMUs in one process must
+ * not take each other's `model` for their own. */
+#ifdef __GNUC__
+#pragma GCC visibility push(hidden)
+#endif
+
 /* CasADi's own integer, as it stands in model.c. */
 typedef long long int Integer;
 
@@ -66,5 +72,9 @@ typedef struct {
 } Model;
 
 extern const Model model;
+
+#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif
 
 #endif
