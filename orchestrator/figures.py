@@ -92,7 +92,7 @@ def _trajectory(columns: Columns, who: Cast, scene: Scene) -> Figure | None:
         axes.tick_params(labelsize=8)
     panels[-1].set_xlabel("x [m]")
     handles, labels = panels[-1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
     return figure
 
 
@@ -126,8 +126,9 @@ def _traffic(axes: Axes, columns: Columns, who: Cast, scene: Scene) -> None:
     first, last = (boxes.where(np.arange(len(boxes.count)) == i) for i in (0, len(boxes.count) - 1))
     moved = first.x.shape != last.x.shape or not np.allclose([first.x, first.y], [last.x, last.y], atol=_STILL)
     if moved:
-        for corners in pictures.outlines(first, 0.0):
-            axes.add_patch(Polygon(corners, fill=False, edgecolor=_OBSTACLE, linestyle=":", linewidth=0.8, zorder=2))
+        for i, corners in enumerate(pictures.outlines(first, 0.0)):
+            start = {"linestyle": ":", "label": None if i else "obstacle, at the start"}
+            axes.add_patch(Polygon(corners, fill=False, edgecolor=_OBSTACLE, linewidth=0.8, zorder=2, **start))
     names: tuple[str | None, str | None] = ("obstacle, at the end" if moved else "obstacle", "safety boundary")
     bodies, boundaries = pictures.outlines(last, 0.0), pictures.outlines(last, scene.l_gap)
     for i, (box, around) in enumerate(zip(bodies, boundaries, strict=True)):

@@ -66,20 +66,20 @@ def questions(system: System) -> list[Plot]:
         ("What did it do? Torque T_r [N.m]", who.controller, ["actuation.T_r"]),
         ("What did it feel? Acceleration [m/s2]", who.plant, ["motion.a_x", "motion.a_y"]),
     ]
-    known = {s.path for s in signals(system)}
+    known, held = {s.path for s in signals(system)}, limits(system)
     found: list[Plot] = []
     for title, unit, names in wanted:
         paths = tuple(path for name in names if (path := f"{unit}.{name}") in known)
         if paths:
-            found.append(Plot(title, paths, tuple(limit for limit in limits(system) if limit.signal in paths)))
+            found.append(Plot(title, paths, tuple(limit for limit in held if limit.signal in paths)))
     return found
 
 
 def buses(system: System) -> list[Plot]:
-    """All signals, grouped by unit and bus."""
+    """All signals, grouped by unit, bus and physical unit, so that none is flat beside a larger one."""
     found: dict[str, list[str]] = {}
     for signal in signals(system):
-        found.setdefault(signal.bus, []).append(signal.path)
+        found.setdefault(f"{signal.bus} [{signal.variable.quantity.unit}]", []).append(signal.path)
     return [Plot(bus, tuple(paths)) for bus, paths in found.items()]
 
 

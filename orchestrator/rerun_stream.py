@@ -29,6 +29,8 @@ from orchestrator.pictures import Array, Columns
 from orchestrator.scene import Scene
 from orchestrator.system import System
 
+_LEGEND_AT_MOST = 6
+"""series; a longer legend would hide what it explains, and a series says its name when it is pointed at"""
 _MICROSECONDS = "\N{MICRO SIGN}s"
 _GROUND = (28, 32, 30)
 _FLAT = 0.02
@@ -59,6 +61,7 @@ class RerunStream:
         self._scene = None if self._who.is_empty else scene
         self._h = h
         self._ticks: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._times: list[rr.TimeColumn] = []
         self._last: dict[str, Array] = {}
         self._road = (0.0, 0.0)
         self._stream = rr.RecordingStream("macrostep")
@@ -77,6 +80,7 @@ class RerunStream:
             return
         columns = Columns(frame, self._signals)
         self._ticks = np.rint(columns.time / self._h).astype(np.int64)
+        self._times = self._instants(self._ticks)
         self._send_signals(columns)
         self._scalars("/performance/step_time", np.asarray(step_times, dtype=float)[: len(frame)] * 1e6)
         error = pictures.errors(columns, self._who)
@@ -96,15 +100,18 @@ class RerunStream:
     def _static(self, path: str, *what: Any) -> None:
         self._stream.log(path, *what, static=True)
 
-    def _send(self, path: str, columns: Iterable[Any], rows: NDArray[Any] | slice = slice(None)) -> None:
-        """Send columns whose rows are `rows` of this batch."""
-        ticks = self._ticks[rows]
-        if len(ticks):
-            nanoseconds = np.rint(ticks * self._h * 1e9).astype("timedelta64[ns]")  # TimeColumn itself truncates
-            times = [rr.TimeColumn("sim_time", duration=nanoseconds), rr.TimeColumn("tick", sequence=ticks)]
-            self._stream.send_columns(path, times, columns)
+    def _send(self, path: str, columns: Iterable[Any], rows: NDArray[Any] | None = None) -> None:
+        """Send columns for some rows of this batch, or for all."""
+        if rows is None:
+            self._stream.send_columns(path, self._times, columns)
+        elif len(ticks := self._ticks[rows]):
+            self._stream.send_columns(path, self._instants(ticks), columns)
 
-    def _scalars(self, path: str, values: NDArray[Any], rows: NDArray[Any] | slice = slice(None)) -> None:
+    def _instants(self, ticks: NDArray[np.int64]) -> list[rr.TimeColumn]:
+        nanoseconds = np.rint(ticks * self._h * 1e9).astype("timedelta64[ns]")  # TimeColumn itself truncates
+        return [rr.TimeColumn("sim_time", duration=nanoseconds), rr.TimeColumn("tick", sequence=ticks)]
+
+    def _scalars(self, path: str, values: NDArray[Any], rows: NDArray[Any] | None = None) -> None:
         self._send(path, rr.Scalars.columns(scalars=np.asarray(values, dtype=float)), rows)
 
     def _changed(self, path: str, values: Array) -> NDArray[np.bool_]:
@@ -268,7 +275,9 @@ class RerunStream:
 
 def blueprint(system: System, scene: Scene | None) -> rrb.Blueprint:
     """The layout of a system's recordings: the scene over the questions, all signals, and where the run comes from."""
-    signals = rrb.Grid(*map(_plot, layout.buses(system)), name="All signals")
+    sizes = {signal.path: len(signal.columns) for signal in pictures.signals(system)}
+    plots = [_plot(p, legend=sum(sizes[path] for path in p.signals) <= _LEGEND_AT_MOST) for p in layout.buses(system)]
+    signals = rrb.Grid(*plots, name="All signals")
     tabs: list[Any] = [signals, rrb.TextDocumentView(origin="/about", name="About this run")]
     if scene is not None and not pictures.cast(system).is_empty:
         y = (scene.y_left + scene.y_right) / 2
@@ -320,7 +329,7 @@ def _answers(system: System) -> rrb.Container:
     return rrb.Grid(*views, grid_columns=4)
 
 
-def _plot(plot: Plot, *, legend: bool = True) -> rrb.View:
+def _plot(plot: Plot, *, legend: bool) -> rrb.View:
     contents = [_entity("signals", path) for path in plot.signals] + [_limit(limit) for limit in plot.limits]
     return _series(plot.title, contents, legend=legend)
 

@@ -95,7 +95,12 @@ def test_questions_without_an_answer_are_not_asked():
     assert layout.questions(plain) == []
     assert layout.limits(plain) == []
     assert not layout.has_path_error(plain)
-    assert [plot.title for plot in layout.buses(plain)] == ["rest.obstacles"]
+    assert [(plot.title, len(plot.signals)) for plot in layout.buses(plain)] == [
+        ("rest.obstacles [1]", 2),
+        ("rest.obstacles [m]", 4),
+        ("rest.obstacles [rad]", 1),
+        ("rest.obstacles [m/s]", 1),
+    ]
 
 
 def _resting():
