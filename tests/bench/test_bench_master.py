@@ -1,0 +1,160 @@
+"""What the master adds to each macro step: three trivial FMUs, 10 connections, as in the budgets of the project."""
+
+from __future__ import annotations
+
+from typing import final
+
+import pytest
+
+from components.interfaces.block import Block, block
+from components.interfaces.maths import Array, vector
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+from components.interfaces.socket import Socket
+from fmus.build import build
+from fmus.version import Version
+from orchestrator.master import Simulation
+from orchestrator.system import Fmu, System
+
+STEPS = 2000
+
+
+@record
+class Two:
+    """Two numbers."""
+
+    a: float = quantity("1", "a number")
+    b: float = quantity("1", "a number")
+
+
+@record
+class Four:
+    """Four numbers."""
+
+    a: float = quantity("1", "a number")
+    b: float = quantity("1", "a number")
+    c: float = quantity("1", "a number")
+    d: float = quantity("1", "a number")
+
+
+@record
+class TwoIn:
+    """A bus of two."""
+
+    u: Two
+
+
+@record
+class FourIn:
+    """A bus of four."""
+
+    u: Four
+
+
+@record
+class TwoOut:
+    """A bus of two."""
+
+    y: Two
+
+
+@record
+class Ten:
+    """Ten numbers that nobody reads."""
+
+    values: Array = quantity("1", "numbers", shape=(10,))
+
+
+@record
+class FourOut:
+    """A bus of four, and ten numbers to record."""
+
+    y: Four
+    more: Ten
+
+
+@final
+@block(Socket(name="any", inputs={"u": Two}, outputs={}, optional={}))
+class TrivialPlant(Block[TwoIn, Four, FourOut]):
+    """Four states that follow two inputs."""
+
+    def start(self):
+        return Four(a=0.0, b=0.0, c=0.0, d=0.0)
+
+    def output(self, x, u):
+        return FourOut(y=x, more=Ten(values=vector([x.a] * 10)))
+
+    def step(self, x, u, h):
+        return Four(a=x.a + h * u.u.a, b=x.b + h * u.u.b, c=x.a, d=x.b)
+
+
+@final
+@block(Socket(name="any", inputs={"u": Four}, outputs={}, optional={}))
+class TrivialTraffic(Block[FourIn, Four, FourOut]):
+    """Four states that follow four inputs."""
+
+    def start(self):
+        return Four(a=0.0, b=0.0, c=0.0, d=0.0)
+
+    def output(self, x, u):
+        return FourOut(y=x, more=Ten(values=vector([x.a] * 10)))
+
+    def step(self, x, u, h):
+        return Four(a=u.u.a, b=u.u.b, c=u.u.c, d=u.u.d)
+
+
+@final
+@block(Socket(name="any", inputs={"u": Four}, outputs={}, optional={}))
+class TrivialController(Block[FourIn, Two, TwoOut]):
+    """Two outputs from four inputs, one step late."""
+
+    def start(self):
+        return Two(a=0.0, b=0.0)
+
+    def output(self, x, u):
+        return TwoOut(y=x)
+
+    def step(self, x, u, h):
+        return Two(a=-u.u.a, b=-u.u.b)
+
+
+@pytest.fixture(scope="module", params=list(Version), ids=lambda v: f"fmi{v}")
+def trivial(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("built")
+    kinds = {"plant": TrivialPlant, "traffic": TrivialTraffic, "controller": TrivialController}
+    units = {name: Fmu(build(kind, request.param, {}, folder).path) for name, kind in kinds.items()}
+    wiring = {"plant.u": "controller.y", "traffic.u": "plant.y", "controller.u": "traffic.y"}
+    system = System(units, wiring)
+    assert len(system.connections) == 10
+    return system
+
+
+def steps_without_recording(simulation):
+    """The calls of the macro step alone."""
+    before, after = simulation.schedule.before, simulation.schedule.after
+    for _ in range(STEPS):
+        simulation._run(simulation._after, after)
+        simulation.tick += 1
+        simulation._run(simulation._before, before)
+
+
+def test_macro_steps_without_recording(benchmark, trivial):
+    with Simulation(trivial, h=0.1, until=0.1) as simulation:
+        simulation.step()
+        benchmark.extra_info["steps per round"] = STEPS
+        benchmark(steps_without_recording, simulation)
+
+
+def test_macro_steps_with_30_signals_recorded(benchmark, trivial):
+    def fresh():
+        simulation = Simulation(trivial, h=0.1, until=0.1 * STEPS)
+        simulation.__enter__()
+        assert len(simulation._table.elements()) == 30
+        return (simulation,), {}
+
+    def run(simulation):
+        simulation.run()
+        simulation.close()
+
+    benchmark.extra_info["steps per round"] = STEPS + 1
+    benchmark.pedantic(run, setup=fresh, rounds=10)

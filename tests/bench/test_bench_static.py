@@ -1,0 +1,70 @@
+"""The static scenario: the controller's step, the whole step, and the command as a person waits for it."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+from functools import partial
+
+import numpy as np
+import pytest
+
+from fmus.archive import open_fmu
+from fmus.fmu_unit import fmu_unit
+from fmus.unit import DTYPES, widths
+from fmus.version import Version
+from orchestrator.master import Simulation
+from orchestrator.scenario import Options, prepare
+
+STEPS = 1000
+
+
+@pytest.mark.parametrize("version", list(Version), ids=lambda v: f"fmi{v}")
+def test_controller_step(benchmark, built_fmus, version):
+    """Path, corridor and solve of `mpc`, at states of the static run in the middle of the lane change."""
+    made = prepare("static", Options(mode=version))
+    with Simulation(made.system, h=made.h, until=3.0) as simulation:
+        simulation.run()
+        driven = simulation._table.inputs("controller")
+        for gather in simulation._table.gathers("controller"):
+            gather()
+        columns = {kind: column.copy() for kind, column in driven.items()}
+    unit = fmu_unit("controller", open_fmu(built_fmus / f"fmi{version}" / "mpc.fmu"))
+    unit.bind(columns, {k: np.zeros(n, DTYPES[k]) for k, n in widths(unit.interface.outputs).items()})
+    unit.enter_initialization(made.system.units["controller"].parameters)
+    unit.exit_initialization()
+    for setter in unit.setters():
+        setter()
+
+    clock = itertools.count()
+
+    def step():
+        for k in itertools.islice(clock, STEPS):
+            assert not unit.step(0.1 * k, 0.1), unit.messages
+
+    benchmark.extra_info["steps per round"] = STEPS
+    benchmark(step)
+    unit.close()
+
+
+@pytest.mark.parametrize("mode", ["blocks", *Version], ids=str)
+def test_stepping_the_static_scenario(benchmark, built_fmus, mode):
+    made = prepare("static", Options(mode=mode))
+
+    def fresh():
+        simulation = Simulation(made.system, h=made.h, until=made.until)
+        simulation.__enter__()
+        return (simulation,), {}
+
+    def run(simulation):
+        simulation.run()
+        simulation.close()
+
+    benchmark.extra_info["steps per round"] = 114
+    benchmark.pedantic(run, setup=fresh, rounds=10)
+
+
+def test_the_command(benchmark, built_fmus, in_tmp_path):
+    command = [sys.executable, "-m", "orchestrator.cli", "run", "static", "--out", "run"]
+    benchmark.pedantic(partial(subprocess.run, command, check=True, capture_output=True), rounds=5, warmup_rounds=1)

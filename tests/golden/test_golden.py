@@ -1,0 +1,42 @@
+"""The static run against a table that a person can read; renew it with `python tests/golden/test_golden.py`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from orchestrator.master import simulate
+from orchestrator.scenario import Options, prepare
+
+FOLDER = Path(__file__).parent
+SIGNALS = [
+    "plant.state.x",
+    "plant.state.y",
+    "plant.state.psi",
+    "plant.state.v_x",
+    "plant.state.r",
+    "controller.actuation.delta_f",
+    "controller.actuation.T_r",
+    "controller.plan.y_lower[3]",
+    "controller.plan.y_upper[3]",
+    "controller.path.x[9]",
+]
+NAMES = ["static", "static-literal"]
+
+
+def table(name):
+    made = prepare(name, Options(mode="blocks"))
+    frame = simulate(made.system, h=made.h, until=made.until)
+    return frame[["time", *SIGNALS]].iloc[::4].reset_index(drop=True).round(9)
+
+
+def test_runs_equal_their_golden_tables():
+    for name in NAMES:
+        golden = pd.read_csv(FOLDER / f"{name}.csv")
+        pd.testing.assert_frame_equal(table(name), golden, rtol=1e-6, atol=1e-6)
+
+
+if __name__ == "__main__":
+    for name in NAMES:
+        table(name).to_csv(FOLDER / f"{name}.csv", index=False)
