@@ -44,7 +44,7 @@ fmax: Callable[[float, float], float] = _either(ca.fmax, np.fmax)
 both: Callable[[Any, Any], bool] = _either(ca.logic_and, np.logical_and)
 either: Callable[[Any, Any], bool] = _either(ca.logic_or, np.logical_or)
 negate: Callable[[Any], bool] = _either(ca.logic_not, np.logical_not)
-where: Callable[[Any, Any, Any], Any] = _either(ca.if_else, np.where)
+where: Callable[[Any, Any, Any], Any] = _either(ca.if_else, lambda c, a, b: np.where(c, a, b)[()])
 """`where(condition, a, b)`: both branches are evaluated, the unwanted one is dropped even when it is not a number."""
 
 
