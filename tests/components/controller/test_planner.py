@@ -1,0 +1,186 @@
+"""When the planner changes lanes: the static scenario's numbers, moving traffic on paper, and whole episodes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from components.controller.dubins import LaneChange, radius
+from components.controller.planner import BACK, BESIDE, KEEP, OUT, Lanes, Manoeuvre, no_manoeuvre, plan
+
+STATIC = ({"x": 49.5, "y": 0.0}, {"x": 92.5, "y": 3.5}, {"x": 110.5, "y": 3.5})
+V = 10.0
+
+
+@pytest.fixture(scope="module")
+def lanes(make) -> Lanes:
+    mpc = make("mpc")
+    l_change = float(LaneChange(w=3.5, R=radius(10.0, 0.5, 9.81), l_d=4.0).length)
+    names = [field.name for field in dataclasses.fields(Lanes) if field.name != "l_change"]
+    return Lanes(l_change=l_change, **{name: getattr(mpc, name) for name in names})
+
+
+@pytest.fixture(scope="module")
+def drive(lanes, vehicle, obstacles):
+    """The manoeuvres at the given places, for traffic as a function of time at 10 m/s."""
+
+    def driven(places: np.ndarray, traffic: Callable[[float], tuple[dict[str, float], ...]]) -> list[Manoeuvre]:
+        now, found = no_manoeuvre(), []
+        for x in places:
+            now = plan(lanes, now, vehicle(x=x), obstacles(*traffic((x - places[0]) / V)))
+            found.append(now)
+        return found
+
+    return driven
+
+
+def phases(run: list[Manoeuvre]) -> list[int]:
+    """The phases in the order they come, without repetitions."""
+    found = [int(m.phase) for m in run]
+    return [p for i, p in enumerate(found) if i == 0 or found[i - 1] != p]
+
+
+def test_the_static_scenario_changes_at_20_m_and_returns_at_62_m(drive):
+    first = drive(np.array([0.0]), lambda _: STATIC)[0]
+    assert first.x_0 == 0.0
+    assert first.x_1 == pytest.approx(20.000, abs=5e-4)
+    assert first.x_8 == pytest.approx(62.005, abs=5e-4)
+    assert (first.x_o, first.y_o) == pytest.approx((49.5 - 2.3 - 0.35, 0.9 + 0.35), rel=1e-12)
+    assert (first.planned, first.phase) == (1.0, KEEP)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.999])
+def test_phases_advance_in_order_at_the_places_planned(drive, lanes, start):
+    places = np.arange(start, 130.0, 1.0)
+    run = drive(places, lambda _: STATIC)
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    for phase, due in ((OUT, 20.0), (BESIDE, 20 + lanes.l_change), (BACK, 62.005), (KEEP, 62.005 + lanes.l_change)):
+        first = next(x for x, m in zip(places, run, strict=True) if m.phase == phase and x > 10)
+        if phase == KEEP:
+            first = next(x for x, m in zip(places, run, strict=True) if m.phase == KEEP and x > 62)
+        assert due - 1e-3 <= first < due + 1.0
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.999])
+def test_a_static_plan_stays_what_it_was_wherever_the_samples_fall(drive, start):
+    for now in drive(np.arange(start, 130.0, 1.0), lambda _: STATIC):
+        assert (now.x_0, now.x_1, now.x_8) == pytest.approx((start, 20.0, 62.005), abs=5e-4)
+
+
+@pytest.mark.parametrize("v", [9.95, 10.0, 10.5, 30.0])
+def test_an_obstacle_that_outruns_the_ego_never_blocks(drive, v):
+    run = drive(np.arange(0.0, 200.0, 1.0), lambda t: ({"x": 15.0 + v * t, "y": 0.0, "v": v},))
+    assert phases(run) == [KEEP]
+    assert not any(m.planned for m in run)
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        {"x": 49.5, "y": 3.5},  # in the other lane
+        {"x": 49.5, "y": 0.0, "valid": 0.0},  # an empty slot
+        {"x": 200.0, "y": 0.0},  # out of sight
+        {"x": -20.0, "y": 0.0},  # passed long ago
+    ],
+)
+def test_what_is_not_in_the_way_does_not_block(drive, obstacle):
+    assert drive(np.array([0.0]), lambda _: (obstacle,))[0].planned == 0.0
+
+
+@given(v=st.floats(0, 8), gap=st.floats(70, 90))
+def test_a_slow_obstacle_is_passed_at_the_times_worked_out_on_paper(drive, lanes, v, gap):
+    first = drive(np.array([0.0]), lambda _: ({"x": gap, "y": 0.0, "v": v},))[0]
+    if not first.planned:  # so slow to catch up that the change begins beyond the sight
+        assert V * (gap - lanes.l_before) / (V - v) - lanes.l_change >= lanes.l_sight
+        return
+    complete, back = (first.x_1 + lanes.l_change) / V, first.x_8 / V
+    assert gap + v * complete - V * complete == pytest.approx(lanes.l_before, abs=1e-6)
+    assert V * back - (gap + v * back) == pytest.approx(lanes.l_after, abs=1e-6)
+
+
+def test_the_plan_for_steady_traffic_does_not_move_while_it_is_carried_out(drive):
+    run = drive(np.arange(0.3, 160.0, 1.0), lambda t: ({"x": 40.0 + 5.0 * t, "y": 0.0, "v": 5.0},))
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    for now in run:
+        assert (now.x_1, now.x_8) == pytest.approx((run[0].x_1, run[0].x_8), abs=1e-9)
+
+
+def test_an_oncoming_obstacle_is_met_at_the_sum_of_the_speeds(drive, lanes):
+    first = drive(np.array([0.0]), lambda _: ({"x": 90.0, "y": 0.0, "v": 5.0, "psi": np.pi},))[0]
+    assert first.x_8 == pytest.approx(V * (90.0 + lanes.l_after) / 15.0, rel=1e-12)
+
+
+def test_obstacles_close_behind_each_other_are_passed_in_one_go(drive):
+    for x in (49.5 + 1.0, 80.0, 49.5 + 59.0):  # up to two changes and the distances before and after
+        run = drive(np.arange(0.0, 160.0, 1.0), lambda _, x=x: ({"x": x, "y": 0.0}, {"x": 49.5, "y": 0.0}))
+        assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+        assert (run[0].x_1, run[0].x_8) == pytest.approx((20.0, x + 12.505), abs=1e-3)
+
+
+def test_a_whole_column_of_obstacles_is_passed_in_one_go_in_whatever_slot_each_is(drive):
+    column = [{"x": 49.5 + 20.0 * i, "y": 0.0} for i in (4, 0, 3, 1, 2)]
+    run = drive(np.arange(0.0, 180.0, 1.0), lambda _: tuple(column))
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    assert run[60].x_8 == pytest.approx(49.5 + 80.0 + 12.505, abs=1e-3)
+
+
+@pytest.mark.parametrize("apart", [60.0, 80.0, 150.0])
+def test_obstacles_with_room_between_them_are_two_episodes(drive, lanes, apart):
+    places = np.arange(0.3, 260.0, 1.0)
+    run = drive(places, lambda _: ({"x": 49.5, "y": 0.0}, {"x": 49.5 + apart, "y": 0.0}))
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP, OUT, BESIDE, BACK, KEEP]
+    before = [m for x, m in zip(places, run, strict=True) if x < 62.005 + lanes.l_change]
+    assert {(round(m.x_1, 3), round(m.x_8, 3)) for m in before} == {(20.0, 62.005)}
+    assert 20.0 + apart - 1e-3 <= run[-1].x_1 < 21.0 + apart  # at the first sample in the own lane, if that is later
+    assert run[-1].x_8 == pytest.approx(62.005 + apart, abs=1e-3)
+    assert run[-1].x_0 >= 62.005 + lanes.l_change  # the path starts anew behind the first episode
+
+
+def test_a_change_that_has_begun_stays_when_the_obstacle_vanishes(drive):
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: STATIC if t < 2.2 else ())
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    assert {(round(m.x_1, 3), round(m.x_8, 3)) for m in run} == {(20.0, 62.005)}
+
+
+def test_a_change_that_has_not_begun_is_dropped_when_the_obstacle_vanishes(drive):
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: STATIC if t < 1.5 else ())
+    assert phases(run) == [KEEP]
+    assert [run[i].planned for i in (0, 14, 15, -1)] == [1.0, 1.0, 0.0, 0.0]
+
+
+def test_a_change_needed_at_once_begins_at_the_ego(drive):
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: ({"x": 70.0, "y": 0.0},) if t > 5 else ())
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    began = next(m for m in run if m.phase == OUT)
+    assert began.x_1 == pytest.approx(51.3, abs=1e-9)
+    assert began.x_0 == pytest.approx(0.3)
+
+
+def test_the_return_waits_for_an_obstacle_that_appears_beside(drive):
+    late = {"x": 75.0, "y": 0.0}
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: (STATIC[0], late) if t > 4 else STATIC)
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    assert run[-1].x_8 == pytest.approx(75.0 + 12.505, abs=1e-3)
+
+
+def test_a_return_that_has_begun_is_finished_whatever_appears(drive, lanes):
+    run = drive(np.arange(0.3, 200.0, 1.0), lambda t: (STATIC[0], {"x": 100.0, "y": 0.0}) if t > 6.5 else STATIC)
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP, OUT, BESIDE, BACK, KEEP]
+    second = [m for m in run if m.phase == OUT][-1]
+    assert second.x_1 == pytest.approx(np.ceil(62.005 + lanes.l_change), abs=1.0)  # late, and at the ego
+
+
+def test_a_position_that_is_no_number_leaves_no_trace(lanes, vehicle, obstacles):
+    lost = plan(lanes, no_manoeuvre(), vehicle(x=float("nan")), obstacles(*STATIC))
+    found = plan(lanes, lost, vehicle(x=2.0), obstacles(*STATIC))
+    assert (found.x_0, found.x_1, found.x_8) == pytest.approx((2.0, 20.0, 62.005), abs=5e-4)
+
+
+def test_an_adjacent_lane_on_the_right_asks_for_the_obstacles_right_corner(lanes, vehicle, obstacles):
+    mirrored = dataclasses.replace(lanes, y_adjacent=-3.5)
+    assert plan(mirrored, no_manoeuvre(), vehicle(), obstacles(*STATIC)).y_o == pytest.approx(-1.25)
