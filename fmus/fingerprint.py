@@ -56,7 +56,7 @@ def stamp(block: type[Block[Any, Any, Any]], fmi: Version, start: Array, compile
     foreign = _foreign_sources(block)
     if foreign is None:
         return None
-    digest = hashlib.sha256(_package_digest().encode())
+    digest = hashlib.sha256(package_digest().encode())
     for part in (f"{block.__module__}.{block.__qualname__}", f"fmi{fmi}", start.tobytes().hex(), *foreign):
         digest.update(part.encode() + b"\0")
     identity = compiler.identity if compiler is not None else ""
@@ -64,7 +64,7 @@ def stamp(block: type[Block[Any, Any, Any]], fmi: Version, start: Array, compile
 
 
 @lru_cache(maxsize=1)
-def _package_digest() -> str:
+def package_digest() -> str:
     """Digest of the sources of `components` and `fmus`, read once per process, and of the tools that use them."""
     digest = hashlib.sha256()
     for name in ("casadi", "fmpy", "lxml", "numpy"):

@@ -68,6 +68,11 @@ static void element_name(char *name, size_t size, const Variable *variable, size
     }
 }
 
+/* A value for messages; the sign of a NaN means nothing. */
+static double shown(double value) {
+    return isnan(value) ? fabs(NAN) : value;
+}
+
 /* The first element with one of the roles that is not a finite number; its name goes to `name`. */
 static const double *not_finite(const Instance *self, Role first, Role last, char *name, size_t size) {
     for (size_t i = 0; i < model.n_variables; ++i) {
@@ -90,7 +95,7 @@ bool core_in_range(Instance *self, const char *call, const Variable *variable, c
     element_name(name, sizeof name, variable, (size_t)(element - self->state->values) - variable->reference);
     if (isfinite(variable->min)) snprintf(low, sizeof low, "%.9g <= ", variable->min);
     if (isfinite(variable->max)) snprintf(high, sizeof high, " <= %.9g", variable->max);
-    core_error(&self->host, call, "parameter `%s` is %.9g; valid: %sfinite number%s", name, *element, low, high);
+    core_error(&self->host, call, "parameter `%s` is %.9g; valid: %sfinite number%s", name, shown(*element), low, high);
     return false;
 }
 
@@ -105,7 +110,8 @@ Status core_refresh_outputs(Instance *self, const char *call) {
     self->state->outputs = OUTPUTS_FRESH;
     const double *wrong = not_finite(self, OUTPUT, OUTPUT, name, sizeof name);
     if (wrong) {
-        core_warning(&self->host, call, "at time %.9g `%s` is %g, not a finite number", *self->time, name, *wrong);
+        core_warning(&self->host, call, "at time %.9g `%s` is %g, not a finite number", *self->time, name,
+                     shown(*wrong));
     }
     return STATUS_OK;
 }
@@ -136,7 +142,7 @@ Status core_exit_initialization(Instance *self, const char *call) {
     if (!valid) return STATUS_ERROR;
     if (!evaluate_initial(self)) return core_error(&self->host, call, "the start state could not be computed");
     const double *wrong = not_finite(self, STATE, STATE, name, sizeof name);
-    if (wrong) return core_error(&self->host, call, "start state `%s` is %g, not a finite number", name, *wrong);
+    if (wrong) return core_error(&self->host, call, "start state `%s` is %g, not a finite number", name, shown(*wrong));
     self->state->outputs = OUTPUTS_STALE;
     self->state->mode = STEPPING;
     return STATUS_OK;
@@ -178,26 +184,32 @@ static Status check_step(Instance *self, const char *call, double time, double h
     return STATUS_OK;
 }
 
-Status core_step(Instance *self, const char *call, double time, double h) {
+/* Whether all states and outputs are finite; otherwise says which is not, and which input may have caused it. */
+static bool all_finite(Instance *self, const char *call) {
     char name[NAME_SIZE], input[NAME_SIZE];
+    const double *wrong = not_finite(self, OUTPUT, STATE, name, sizeof name);
+    if (!wrong) return true;
+    const double *cause = not_finite(self, INPUT, INPUT, input, sizeof input);
+    if (cause) {
+        core_error(&self->host, call, "at time %.9g `%s` is %g, not a finite number; so is input `%s`: %g",
+                   *self->time, name, shown(*wrong), input, shown(*cause));
+    } else {
+        core_error(&self->host, call, "at time %.9g `%s` is %g, not a finite number", *self->time, name,
+                   shown(*wrong));
+    }
+    return false;
+}
+
+Status core_step(Instance *self, const char *call, double time, double h) {
     Status status = check_step(self, call, time, h);
     if (status != STATUS_OK) return status;
 
     bool done = advance(self, h);
     *self->time = time + h;
-    if (!done) {
-        self->state->mode = FAILED;
-        return core_error(&self->host, call, "the step to time %.9g could not be computed", *self->time);
-    }
-    const double *wrong = not_finite(self, OUTPUT, STATE, name, sizeof name);
-    if (!wrong) return STATUS_OK;
+    if (!done) core_error(&self->host, call, "the step to time %.9g could not be computed", *self->time);
+    if (done && all_finite(self, call)) return STATUS_OK;
     self->state->mode = FAILED;
-    const double *cause = not_finite(self, INPUT, INPUT, input, sizeof input);
-    if (!cause) {
-        return core_error(&self->host, call, "at time %.9g `%s` is %g, not a finite number", *self->time, name, *wrong);
-    }
-    return core_error(&self->host, call, "at time %.9g `%s` is %g, not a finite number; so is input `%s`: %g",
-                      *self->time, name, *wrong, input, *cause);
+    return STATUS_ERROR;
 }
 
 Status core_terminate(Instance *self, const char *call) {

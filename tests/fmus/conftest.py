@@ -16,8 +16,16 @@ from orchestrator.parameters import parameter_set, values_of
 from tests.fmus.fmu_driver import FmuDriver
 
 BICYCLE = {
-    "m": 2000.0, "I_z": 1300.0, "l_f": 1.2, "l_r": 1.05, "C_alpha_f": 12000.0, "C_alpha_r": 12000.0,
-    "R_w": 0.3, "mu": 0.5, "g": 9.81, "v_x_start": 10.0,
+    "m": 2000.0,
+    "I_z": 1300.0,
+    "l_f": 1.2,
+    "l_r": 1.05,
+    "C_alpha_f": 12000.0,
+    "C_alpha_r": 12000.0,
+    "R_w": 0.3,
+    "mu": 0.5,
+    "g": 9.81,
+    "v_x_start": 10.0,
     **dict.fromkeys(("x_start", "y_start", "psi_start", "v_y_start", "r_start"), 0.0),
 }
 RAMP_TRAFFIC = {

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,12 +25,12 @@ _SUFFIXES = {
 class FmuDriver:
     """An instance of an FMU; `messages` holds what it logged."""
 
-    def __init__(self, path: Path, token: str | None = None) -> None:
+    def __init__(self, path: Path, token: str | None = None, messages: list[str] | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory()
         folder = fmpy.extract(str(path), self._folder.name)
         self.description = fmpy.read_model_description(folder)
         self.version = Version(int(self.description.fmiVersion[0]))
-        self.messages: list[str] = []
+        self.messages: list[str] = [] if messages is None else messages
         kind = {Version.FMI2: fmi2.FMU2Slave, Version.FMI3: fmi3.FMU3Slave}[self.version]
         self.fmu = kind(
             guid=token or self.description.guid,
@@ -40,7 +39,11 @@ class FmuDriver:
             instanceName="sample",
         )
         self._alive = False
-        self._instantiate()
+        try:
+            self._instantiate()
+        except Exception:
+            self.close()
+            raise
         self._alive = True
 
     def _instantiate(self) -> None:
@@ -130,9 +133,3 @@ class FmuDriver:
         """The FMU state that bytes hold."""
         name = "deSerializeFMUstate" if self.version is Version.FMI2 else "deserializeFMUState"
         return getattr(self.fmu, name)(data)
-
-    def call(self, name: str, *arguments: Any) -> int:
-        """A function of FMI by its name without the prefix (`DoStep`), its status returned and not judged."""
-        function = getattr(self.fmu.dll, f"fmi{self.version}{name}")
-        function.restype = ctypes.c_int
-        return function(ctypes.c_void_p(self.fmu.component), *arguments)
