@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import casadi as ca
 
@@ -58,8 +59,8 @@ def _exported(function: ca.Function) -> ca.Function:
     CasADi leaves structural zeros out of sparse results. And a plain `step` would be taken for a forgotten function
     of the GNU C library wherever symbols are not hidden.
     """
-    arguments = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
-    results = [ca.densify(result) for result in function.call(arguments, True, False)]  # noqa: FBT003 - CasADi's signature
+    arguments: list[Any] = function.sx_in() if function.is_a("SXFunction") else function.mx_in()
+    results: list[Any] = [ca.densify(result) for result in function.call(arguments, True, False)]  # noqa: FBT003 - CasADi's signature
     return ca.Function(f"model_{function.name()}", arguments, results, function.name_in(), function.name_out())
 
 

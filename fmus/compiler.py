@@ -17,9 +17,6 @@ from components.interfaces.problem import refuse
 FLAGS = ("-O2", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """Flags that make the binary what it is. No contraction: the same numbers wherever it is compiled."""
 
-OWN_WARNINGS = ("-Wall", "-Wextra", "-Werror")
-"""Warnings for the runtime's own C; CasADi's C is compiled without."""
-
 _LINES_SHOWN = 12
 
 
@@ -35,13 +32,13 @@ class Compiler:
     identity: str
     """First line of what it says about its version."""
 
-    def compile(self, source: Path, include: Path, flags: Sequence[str] = ()) -> Path:
+    def compile(self, source: Path, include: Path) -> Path:
         """Compile one C file to an object file beside it.
 
         The compiler works in the folder of the file, so that no path of this machine gets into the object file.
         """
         target = source.with_suffix(".o")
-        self._run([*FLAGS, *flags, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
+        self._run([*FLAGS, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
         return target
 
     def link(self, objects: Sequence[Path], target: Path) -> None:

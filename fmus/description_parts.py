@@ -6,13 +6,16 @@ from collections.abc import Iterable
 from enum import IntEnum
 from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType
-from typing import Final
+from typing import Final, TypeAlias
 
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.unit_strings import UNITS
 from fmus.interface import FmiVariable, Interface
+
+Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
+"""An XML element."""
 
 ANNOTATION: Final = "macrostep"
 """Our name in vendor annotations."""
@@ -71,7 +74,7 @@ def enumerations(interface: Interface) -> list[type[IntEnum]]:
     return list(dict.fromkeys(kind for kind in found if kind is not None))
 
 
-def root(interface: Interface, fmi_version: str, token_attribute: str, token: str) -> etree._Element:
+def root(interface: Interface, fmi_version: str, token_attribute: str, token: str) -> Element:
     """The root element with the attributes that both versions have."""
     block = interface.block
     return etree.Element(
@@ -88,7 +91,7 @@ def root(interface: Interface, fmi_version: str, token_attribute: str, token: st
     )
 
 
-def add_units(parent: etree._Element, names: Iterable[str]) -> None:
+def add_units(parent: Element, names: Iterable[str]) -> None:
     """<UnitDefinitions>: each unit by the exponents of its base units."""
     definitions = etree.SubElement(parent, "UnitDefinitions")
     for name in names:
@@ -96,25 +99,25 @@ def add_units(parent: etree._Element, names: Iterable[str]) -> None:
         etree.SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
 
 
-def add_items(parent: etree._Element, kind: type[IntEnum]) -> None:
+def add_items(parent: Element, kind: type[IntEnum]) -> None:
     """The items of an enumeration type."""
     for item in kind:
         etree.SubElement(parent, "Item", name=item.name, value=str(item.value))
 
 
-def add_log_categories(parent: etree._Element) -> None:
+def add_log_categories(parent: Element) -> None:
     """<LogCategories>: what the runtime logs."""
     categories = etree.SubElement(parent, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=description)
 
 
-def add_default_experiment(parent: etree._Element) -> None:
+def add_default_experiment(parent: Element) -> None:
     """<DefaultExperiment>: from 0, with the macro step."""
     etree.SubElement(parent, "DefaultExperiment", startTime="0", stepSize=number(COMMUNICATION_STEP))
 
 
-def add_promise(parent: etree._Element, interface: Interface) -> None:
+def add_promise(parent: Element, interface: Interface) -> None:
     """Our annotation, where it holds: outputs read after inputs were set show these inputs, without a step."""
     if not interface.sampled:
         etree.SubElement(parent, f"{{urn:{ANNOTATION}}}Outputs", afterSet="true", nsmap={None: f"urn:{ANNOTATION}"})
@@ -148,7 +151,7 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def to_bytes(element: etree._Element) -> bytes:
+def to_bytes(element: Element) -> bytes:
     """The XML file."""
     return etree.tostring(element, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 

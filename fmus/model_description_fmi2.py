@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from lxml import etree
 
@@ -12,7 +12,11 @@ from fmus.dependencies import Dependencies
 from fmus.interface import FmiVariable, Interface
 
 _ELEMENTS = {Type.FLOAT64: "Real", Type.INT32: "Integer", Type.BOOLEAN: "Boolean", Type.ENUMERATION: "Enumeration"}
-_INITIAL = {"parameter": {"initial": "exact"}, "input": {}, "output": {"initial": "calculated"}}
+_INITIAL: Mapping[str, Mapping[str, str]] = {
+    "parameter": {"initial": "exact"},
+    "input": {},
+    "output": {"initial": "calculated"},
+}
 
 
 def model_description_fmi2(depends: Dependencies, token: str, sources: Iterable[str]) -> bytes:
@@ -34,7 +38,7 @@ def model_description_fmi2(depends: Dependencies, token: str, sources: Iterable[
     return parts.to_bytes(root)
 
 
-def _co_simulation(root: etree._Element, interface: Interface, sources: Iterable[str]) -> None:
+def _co_simulation(root: parts.Element, interface: Interface, sources: Iterable[str]) -> None:
     element = etree.SubElement(
         root,
         "CoSimulation",
@@ -51,7 +55,7 @@ def _co_simulation(root: etree._Element, interface: Interface, sources: Iterable
         etree.SubElement(files, "File", name=name)
 
 
-def _types(root: etree._Element, interface: Interface) -> None:
+def _types(root: parts.Element, interface: Interface) -> None:
     definitions = etree.SubElement(root, "TypeDefinitions")
     for unit in parts.units(interface):
         name = parts.quantity_of(unit)
@@ -61,23 +65,25 @@ def _types(root: etree._Element, interface: Interface) -> None:
         parts.add_items(etree.SubElement(simple, "Enumeration", quantity=kind.__name__), kind)
 
 
-def _variable(parent: etree._Element, v: FmiVariable) -> None:
+def _variable(parent: parts.Element, v: FmiVariable) -> None:
     """One ScalarVariable for each element."""
     for k, (name, reference) in enumerate(zip(v.variable.elements, v.references, strict=True)):
         scalar = etree.SubElement(
             parent,
             "ScalarVariable",
-            name=name,
-            valueReference=str(reference),
-            description=v.variable.quantity.description,
-            causality=v.causality,
-            variability=v.variability,
-            **_INITIAL[v.causality],
+            {
+                "name": name,
+                "valueReference": str(reference),
+                "description": v.variable.quantity.description,
+                "causality": v.causality,
+                "variability": v.variability,
+                **_INITIAL[v.causality],
+            },
         )
         etree.SubElement(scalar, _ELEMENTS[v.variable.quantity.type], parts.value_attributes(v, v.start[k : k + 1]))
 
 
-def _structure(root: etree._Element, depends: Dependencies) -> None:
+def _structure(root: parts.Element, depends: Dependencies) -> None:
     """Outputs and initial unknowns. The index of a variable, counted from 1, equals its value reference here."""
     interface = depends.interface
     structure = etree.SubElement(root, "ModelStructure")
@@ -92,5 +98,5 @@ def _structure(root: etree._Element, depends: Dependencies) -> None:
             _unknown(initial, reference, by_parameters + by_inputs)
 
 
-def _unknown(parent: etree._Element, index: int, dependencies: Iterable[int]) -> None:
+def _unknown(parent: parts.Element, index: int, dependencies: Iterable[int]) -> None:
     etree.SubElement(parent, "Unknown", index=str(index), dependencies=" ".join(map(str, dependencies)))

@@ -36,7 +36,7 @@ def model_description_fmi3(depends: Dependencies, token: str) -> bytes:
     return parts.to_bytes(root)
 
 
-def _co_simulation(root: etree._Element, interface: Interface) -> None:
+def _co_simulation(root: parts.Element, interface: Interface) -> None:
     max_step = interface.block.max_step
     element = etree.SubElement(
         root,
@@ -53,7 +53,7 @@ def _co_simulation(root: etree._Element, interface: Interface) -> None:
         element.set("fixedInternalStepSize", parts.number(max_step))
 
 
-def _types(root: etree._Element, interface: Interface, units: Iterable[str]) -> None:
+def _types(root: parts.Element, interface: Interface, units: Iterable[str]) -> None:
     definitions = etree.SubElement(root, "TypeDefinitions")
     for unit in units:
         name = parts.quantity_of(unit)
@@ -63,7 +63,7 @@ def _types(root: etree._Element, interface: Interface, units: Iterable[str]) -> 
         parts.add_items(enumeration, kind)
 
 
-def _time(parent: etree._Element) -> None:
+def _time(parent: parts.Element) -> None:
     etree.SubElement(
         parent,
         "Float64",
@@ -77,23 +77,25 @@ def _time(parent: etree._Element) -> None:
     )
 
 
-def _variable(parent: etree._Element, v: FmiVariable) -> None:
+def _variable(parent: parts.Element, v: FmiVariable) -> None:
     element = etree.SubElement(
         parent,
         v.variable.quantity.type.value,
-        name=v.name,
-        valueReference=str(v.reference),
-        description=v.variable.quantity.description,
-        causality=v.causality,
-        variability=v.variability,
-        initial=_INITIAL[v.causality],
-        **parts.value_attributes(v, v.start),
+        {
+            "name": v.name,
+            "valueReference": str(v.reference),
+            "description": v.variable.quantity.description,
+            "causality": v.causality,
+            "variability": v.variability,
+            "initial": _INITIAL[v.causality],
+            **parts.value_attributes(v, v.start),
+        },
     )
     for length in v.variable.quantity.shape:
         etree.SubElement(element, "Dimension", start=str(length))
 
 
-def _structure(root: etree._Element, depends: Dependencies) -> None:
+def _structure(root: parts.Element, depends: Dependencies) -> None:
     """Outputs and initial unknowns; an array depends on all that any of its elements depends on."""
     interface = depends.interface
     structure = etree.SubElement(root, "ModelStructure")
@@ -109,6 +111,6 @@ def _structure(root: etree._Element, depends: Dependencies) -> None:
         _unknown(structure, "InitialUnknown", reference, by_parameters[reference] + found)
 
 
-def _unknown(parent: etree._Element, kind: str, reference: int, dependencies: Iterable[int]) -> None:
+def _unknown(parent: parts.Element, kind: str, reference: int, dependencies: Iterable[int]) -> None:
     listed = " ".join(map(str, dependencies))
     etree.SubElement(parent, kind, valueReference=str(reference), dependencies=listed)

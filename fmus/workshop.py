@@ -10,7 +10,7 @@ from typing import Any
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.compiler import OWN_WARNINGS, Compiler
+from fmus.compiler import Compiler
 from fmus.content import Generated, content, generate
 from fmus.fingerprint import STAMP_PATH, Stamp
 from fmus.pack import write_fmu
@@ -40,7 +40,7 @@ class Workshop:
             _write(self._runtime, runtime_sources(version))
             for name in runtime_units(version):
                 if name not in self._runtime_objects:
-                    self._runtime_objects[name] = self._compile(self._runtime / name, OWN_WARNINGS)
+                    self._runtime_objects[name] = self._compile(self._runtime / name)
 
     def start(self, block: type[Block[Any, Any, Any]], start: Array) -> Part:
         """Generate the C of a block, in this thread, and have it compiled in others."""
@@ -54,8 +54,8 @@ class Workshop:
         """Have an FMU linked and written once its object files are there."""
         return self._pool.submit(self._finish, part, version, path, stamp)
 
-    def _compile(self, source: Path, flags: Iterable[str] = ()) -> Future[Path]:
-        return self._pool.submit(self._compiler.compile, source, self._runtime, tuple(flags))
+    def _compile(self, source: Path) -> Future[Path]:
+        return self._pool.submit(self._compiler.compile, source, self._runtime)
 
     def _finish(self, part: Part, version: Version, path: Path, stamp: Stamp | None) -> None:
         objects = [future.result() for future in part.objects]

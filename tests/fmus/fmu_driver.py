@@ -28,7 +28,7 @@ class FmuDriver:
     def __init__(self, path: Path, token: str | None = None, messages: list[str] | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory()
         folder = fmpy.extract(str(path), self._folder.name)
-        self.description = fmpy.read_model_description(folder)
+        self.description: Any = fmpy.read_model_description(folder)
         self.version = Version(int(self.description.fmiVersion[0]))
         self.messages: list[str] = [] if messages is None else messages
         kind = {Version.FMI2: fmi2.FMU2Slave, Version.FMI3: fmi3.FMU3Slave}[self.version]

@@ -158,7 +158,10 @@ def test_compile_error_shows_what_the_compiler_says(
 def test_link_error_shows_what_the_linker_says(
     start_of: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workshop, "runtime_units", lambda _: ("fmi2.c",))
+    def only_the_shim(_version: Version) -> tuple[str, ...]:
+        return ("fmi2.c",)
+
+    monkeypatch.setattr(workshop, "runtime_units", only_the_shim)
     with pytest.raises(BuildError, match="undefined reference to `core_"):
         build(STATIONARY, Version.FMI2, stationary(start_of), tmp_path)
 
