@@ -82,7 +82,8 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     ahead = _blockade(lanes, ego, obstacles, keep, soonest_return)
 
     begins = both(keep, ahead.blocked)
-    x_0 = where(before.located, before.x_0, ego.x)
+    located = absolute(ego.x) < _ANYWHERE
+    x_0 = where(before.located, before.x_0, where(located, ego.x, 0.0))
     x_0 = where(both(begins, finished), ego.x, x_0)  # a new episode
     earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
     x_1 = where(begins, fmax(ahead.x_1, earliest), before.x_1)
@@ -98,7 +99,7 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     return Manoeuvre(
         phase=phase,
         planned=where(begins, 1.0, where(dropped, 0.0, before.planned)),
-        located=where(absolute(ego.x) < _ANYWHERE, 1.0, before.located),
+        located=where(located, 1.0, before.located),
         x_0=x_0,
         x_1=x_1,
         x_8=x_8,
