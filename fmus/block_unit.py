@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from fmus.lower import Lowered, lower
 from fmus.unit import Column, Interface, Operation, Unit, UnitError, positions
 
 
+@lru_cache
 def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
     """What a block looks like from outside."""
     lowered = lower(kind)

@@ -18,6 +18,7 @@ from components.interfaces.problem import RequestError
 from fmus.compiler import BuildError
 from fmus.version import Version
 from orchestrator import scenario as scenarios
+from orchestrator.drawing import FigureProcess
 from orchestrator.scenario import Options
 
 FAULT, WRONG = 1, 2
@@ -78,8 +79,6 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     The FMUs it needs are built on the way. Exit code 0: all well; 1: the run ended in a fault, everything up to it is
     in the folder; 2: the request was wrong, nothing was written.
     """
-    from orchestrator.run import execute, load  # noqa: PLC0415 - pandas and pyarrow are slow to import
-
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
     options = Options(
         mode="blocks" if blocks else Version(int(fmi)),
@@ -88,9 +87,11 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
         step=step,
         stop_time=stop_time,
     )
-    with _working() as progress:
+    with _working() as progress, FigureProcess() as drawing:
+        from orchestrator.run import execute, load  # noqa: PLC0415 - pandas and pyarrow are slow to import
+
         loaded = load(scenario, options, progress)
-        finished = execute(loaded, folder, progress)
+        finished = execute(loaded, folder, progress, drawing)
     for remark in loaded.remarks:
         err.print(f"note: {remark}")
     _report(finished.summary, finished.folder)

@@ -11,6 +11,7 @@ import pandas as pd
 
 from components.interfaces.problem import refuse
 from orchestrator import recorder, ssp_reader
+from orchestrator.drawing import FigureProcess
 from orchestrator.master import Simulation, SimulationError
 from orchestrator.parquet import write_signals
 from orchestrator.scenario import Options, Scenario, parse_settings, prepare
@@ -41,7 +42,7 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     return prepare(request, options, progress)
 
 
-def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None]) -> Finished:
+def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], drawing: FigureProcess) -> Finished:
     """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it. Raises `RequestError`."""
     simulation = Simulation(scenario.system, h=scenario.h, until=scenario.until)
     folder = recorder.new_folder(scenario.name, out)
@@ -55,20 +56,15 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         fault = error
     frame = simulation.frame()
     write_signals(frame, scenario, folder / "signals.parquet")
+    drawing.start(folder)
     told = recorder.summary(scenario, simulation, frame, fault)
     progress("writing the recording")
     _record(scenario, simulation, frame, told, folder)
     progress("drawing the figures")
-    _draw(scenario, frame, folder)
+    if failed := drawing.wait():
+        told["figures"] = f"not drawn: {failed.splitlines()[-1]}"
     recorder.write_summary(told, folder)
     return Finished(folder, told, fault)
-
-
-def _draw(scenario: Scenario, frame: pd.DataFrame, folder: Path) -> None:
-    from orchestrator import figures  # noqa: PLC0415 - matplotlib is slow to import
-
-    if scenario.scene is not None and len(frame):
-        figures.draw(frame, scenario.system, scenario.scene, folder / "figures")
 
 
 def _record(

@@ -21,7 +21,7 @@ NO_PICTURES = pytest.mark.usefixtures("without_pictures")
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
     monkeypatch.setattr("orchestrator.run._record", lambda *_: None)
-    monkeypatch.setattr("orchestrator.run._draw", lambda *_: None)
+    monkeypatch.setattr("orchestrator.drawing.FigureProcess.start", lambda *_: None)
 
 
 @pytest.fixture
