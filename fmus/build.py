@@ -59,13 +59,27 @@ def build_all(
     raise_if_any(problem for block, _, start in requests for problem in start_problems(block, start))
     found = find_compiler()
     jobs = [_job(block, version, start, folder, found) for block, version, start in requests]
-    stale = [job for job in jobs if job.stamp is None or not job.stamp.fits(job.path, with_compiler=found is not None)]
+    by_path = {job.path: job for job in jobs}
+    raise_if_any(_conflict(job) for job in jobs if not np.array_equal(job.start, by_path[job.path].start))
+    stale = [
+        job
+        for job in by_path.values()
+        if job.stamp is None or not job.stamp.fits(job.path, with_compiler=found is not None)
+    ]
     if stale:
         compiler = required_compiler()
         for parent in dict.fromkeys(job.path.parent for job in stale):
             writable_folder(parent)
         _build(stale, compiler, progress)
-    return [Built(job.path, job in stale) for job in jobs]
+    rebuilt = {job.path for job in stale}
+    return [Built(job.path, job.path in rebuilt) for job in jobs]
+
+
+def _conflict(job: _Job) -> Problem:
+    remedy = "Build one, and set the other's parameters when it is used."
+    return Problem(
+        str(job.path), "two requests with different start values", "one set of start values for a file", remedy
+    )
 
 
 def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
@@ -108,9 +122,11 @@ def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Callable[[str], N
         try:
             workshop = Workshop(Path(temporary), compiler, pool, {job.version for job in jobs})
             parts = [(workshop.start(group[0].block, group[0].start), group) for group in alike.values()]
-            # all compilations are under way now, so that those who wait for them cannot block them
+            # all compilations are under way now, so that those who wait for them cannot block them; longest wait last
             written = [
-                (job, workshop.finish(part, job.version, job.path, job.stamp)) for part, group in parts for job in group
+                (job, workshop.finish(part, job.version, job.path, job.stamp))
+                for part, group in reversed(parts)
+                for job in group
             ]
             for job, done in written:
                 done.result()

@@ -6,6 +6,7 @@ import hashlib
 import json
 import sys
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -45,10 +46,10 @@ class Stamp:
         """Whether the FMU at `path` carries this stamp; `with_compiler` says whether the compiler counts."""
         try:
             with zipfile.ZipFile(path) as archive:
-                found = json.loads(archive.read(STAMP_PATH))
-        except (OSError, KeyError, zipfile.BadZipFile, json.JSONDecodeError):
+                found = Stamp(**json.loads(archive.read(STAMP_PATH)))
+        except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile, zlib.error):  # not an FMU of ours
             return False
-        return found["sources"] == self.sources and (not with_compiler or found["compiler"] == self.compiler)
+        return found.sources == self.sources and (not with_compiler or found.compiler == self.compiler)
 
 
 def stamp(block: type[Block[Any, Any, Any]], fmi: Version, start: Array, compiler: Compiler | None) -> Stamp | None:

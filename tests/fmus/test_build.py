@@ -174,3 +174,21 @@ def test_folder_that_cannot_be_written_to(start_of: Start) -> None:
         "/dev/null/fmi2: found a folder that cannot be written to (Not a directory); valid: a writable folder. "
         "Name another one."
     )
+
+
+def test_the_same_request_twice_is_one(start_of: Start, tmp_path: Path) -> None:
+    request = (STATIONARY, Version.FMI2, stationary(start_of))
+    heard: list[str] = []
+    first, second = build_all([request, request], tmp_path, heard.append)
+    assert first == second
+    assert len(heard) == 1
+
+
+def test_two_sets_of_start_values_for_one_file_are_refused(start_of: Start, tmp_path: Path) -> None:
+    requests = [(STATIONARY, Version.FMI2, stationary(start_of, x_start=x)) for x in (1.0, 2.0)]
+    with pytest.raises(RequestError) as raised:
+        build_all(requests, tmp_path, lambda _: None)
+    assert str(raised.value) == (
+        f"{tmp_path / 'fmi2' / 'stationary.fmu'}: found two requests with different start values; "
+        "valid: one set of start values for a file. Build one, and set the other's parameters when it is used."
+    )
