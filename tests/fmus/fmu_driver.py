@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
+import pytest
 from fmpy import fmi2, fmi3
+from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
 from fmus.version import Version
@@ -133,3 +135,12 @@ class FmuDriver:
         """The FMU state that bytes hold."""
         name = "deSerializeFMUstate" if self.version is Version.FMI2 else "deserializeFMUState"
         return getattr(self.fmu, name)(data)
+
+
+def refused(driver: FmuDriver, call: Callable[[], object], text: str) -> None:
+    """The call returns an error, and this is what was logged last."""
+    driver.messages.clear()
+    with pytest.raises(FMICallException):
+        call()
+    assert driver.messages[-1].partition(": ")[0].startswith(f"fmi{driver.version}")
+    assert driver.messages[-1].partition(": ")[2] == text
