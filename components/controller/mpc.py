@@ -62,7 +62,7 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     The first decision is applied. Where a solve does not end in numbers the previous plan is followed one step
     further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
 
-    The desired point X_d(k+i) is `v_ref i dt` along the path from the ego's projection on it (RESOLUTIONS 13).
+    The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
     """
 
@@ -96,6 +96,9 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
     l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete", min=0)
     l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins", min=0)
+    x_task: float = quantity("m", "where a lane change is asked for as if an obstacle stood there")
+    l_clear: float = quantity("m", "least distance between centres from others in a lane that is free", min=0)
+    a_follow: float = quantity("m/s2", "braking that the speed behind an obstacle counts on", min=0)
     l_sight: float = quantity("m", "distance ahead in which obstacles are considered", min=0)
     l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
     l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
@@ -103,7 +106,7 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
 
     def start(self) -> MpcState:
         """No manoeuvre, wheels straight."""
-        return MpcState(manoeuvre=no_manoeuvre(), z=vector([0.0] * (2 * N_P)))
+        return MpcState(manoeuvre=no_manoeuvre(self.v_ref), z=vector([0.0] * (2 * N_P)))
 
     def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
         """One pass of Algorithm 1."""
@@ -167,11 +170,14 @@ def _reference(self: Mpc, x: MpcState, u: ControllerInputs) -> Reference:
         l_sight=self.l_sight,
         l_change=shape.length,
         l_gap=self.l_gap,
+        x_task=self.x_task,
+        l_clear=self.l_clear,
+        a_follow=self.a_follow,
     )
     manoeuvre = plan(lanes, x.manoeuvre, u.ego, u.obstacles)
     path = _path(self, manoeuvre, u.ego)
     s = path.project(u.ego.x, u.ego.y)
-    points = [path.point(s + self.v_ref * self.dt * (i + 1)) for i in range(N_P)]
+    points = [path.point(s + manoeuvre.v_d * self.dt * (i + 1)) for i in range(N_P)]
     road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
     free = [corridor(road, u.obstacles, x_d, self.dt * (i + 1)) for i, (x_d, _) in enumerate(points)]
     horizon = Horizon(

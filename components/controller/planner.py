@@ -3,9 +3,20 @@
 Every obstacle in the ego's own lane that the ego would catch up with at `v_ref` blocks it. With closing speed c, the
 ego is `l_before` behind it after travelling ``v_ref (x_o - l_before - x) / c`` and `l_after` ahead of it after
 ``v_ref (x_o + l_after - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
-too close behind each other for a return between them are passed in one go. A change that has begun is kept until its
-arc ends (RESOLUTIONS 22); one that has not begun is dropped when nothing asks for it any more. A change that is needed
-at once begins at the ego. Nothing here checks that the adjacent lane is free.
+too close behind each other for a return between them are passed in one go. `x_task` asks for a lane change as if an
+obstacle stood there. A change that is needed at once begins at the ego; one that has not begun is dropped when nothing
+asks for it any more.
+
+A lane is free for a stretch of the road when no obstacle in it, going on at its present speed, comes closer than
+`l_clear` (centre to centre) while the ego drives that stretch at `v_ref`:
+
+* the change out begins only where the adjacent lane is free until the return is complete, and the own lane for the
+  return; until then the ego keeps its lane and adapts its speed to the obstacle ahead;
+* a change that has begun is finished (RESOLUTIONS 22);
+* the return begins only where the own lane is free; until then the ego stays beside, behind the obstacle ahead there.
+
+The speed behind an obstacle leaves room to brake to its speed with `a_follow`, `l_before` behind it:
+``v_d = sqrt(v_o^2 + 2 a_follow (gap - l_before))``, at most `v_ref`.
 """
 
 from __future__ import annotations
@@ -13,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, negate, where
+from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, negate, sqrt, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 
@@ -39,6 +50,7 @@ class Manoeuvre:
     x_8: float = quantity("m", "where the change back begins, P8")
     x_o: float = quantity("m", "boundary corner of the obstacle that is passed first, along the road")
     y_o: float = quantity("m", "boundary corner of the obstacle that is passed first, across the road")
+    v_d: float = quantity("m/s", "speed to drive at: v_ref, or less behind an obstacle that cannot be passed")
 
 
 @record
@@ -53,11 +65,14 @@ class Lanes:
     l_sight: float = quantity("m", "distance ahead in which obstacles are considered")
     l_change: float = quantity("m", "length of one lane change along the road")
     l_gap: float = quantity("m", "safety gap around an obstacle")
+    x_task: float = quantity("m", "where a lane change is asked for as if an obstacle stood there")
+    l_clear: float = quantity("m", "least distance between centres, along the road, from others in a lane that is free")
+    a_follow: float = quantity("m/s2", "braking that the speed behind an obstacle counts on")
 
 
-def no_manoeuvre() -> Manoeuvre:
+def no_manoeuvre(v_d: float) -> Manoeuvre:
     """Nothing planned yet."""
-    return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0)
+    return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0, v_d=v_d)
 
 
 @dataclass(frozen=True)
@@ -81,20 +96,29 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     soonest_return = fmax(ego.x, before.x_1 + lanes.l_change)
     ahead = _blockade(lanes, ego, obstacles, keep, soonest_return)
 
-    begins = both(keep, ahead.blocked)
+    earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
+    x_out = fmax(ahead.x_1, earliest)
+    x_11 = fmax(ahead.x_8, x_out + lanes.l_change) + lanes.l_change
+    possible = both(
+        _is_free(lanes, ego, obstacles, lanes.y_adjacent, x_out, x_11),
+        _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - lanes.l_change, x_11),
+    )
+    begins = both(both(keep, ahead.blocked), possible)
     located = absolute(ego.x) < _ANYWHERE
     x_0 = where(before.located, before.x_0, where(located, ego.x, 0.0))
     x_0 = where(both(begins, finished), ego.x, x_0)  # a new episode
-    earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
-    x_1 = where(begins, fmax(ahead.x_1, earliest), before.x_1)
+    x_1 = where(begins, x_out, before.x_1)
     x_7 = x_1 + lanes.l_change
     changed = where(ahead.stays, fmax(ahead.x_8, x_7), fmax(before.x_8, x_7))
     x_8 = where(before.phase < BACK, changed, before.x_8)
+    here = fmax(x_8, ego.x)
+    may_return = _is_free(lanes, ego, obstacles, lanes.y_lane, here, here + lanes.l_change)
+    x_8 = where(both(before.phase == BESIDE, negate(may_return)), here, x_8)
     dropped = both(pending, negate(begins))  # what blocked the lane has gone before the change began
 
     phase = where(both(begins, ego.x >= x_1), float(OUT), before.phase)
     phase = where(both(phase == OUT, ego.x >= x_7), float(BESIDE), phase)
-    phase = where(both(phase == BESIDE, ego.x >= x_8), float(BACK), phase)
+    phase = where(both(both(phase == BESIDE, ego.x >= x_8), may_return), float(BACK), phase)
     phase = where(both(phase == BACK, ego.x >= x_8 + lanes.l_change), float(KEEP), phase)
     return Manoeuvre(
         phase=phase,
@@ -105,7 +129,42 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
         x_8=x_8,
         x_o=where(begins, ahead.corner[0], before.x_o),
         y_o=where(begins, ahead.corner[1], before.y_o),
+        v_d=_speed(lanes, ego, obstacles, phase, both(keep, negate(begins)), x_8 + lanes.l_change),
     )
+
+
+def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
+    return absolute(y_obstacle - y) < absolute(lanes.y_adjacent - lanes.y_lane) / 2
+
+
+def _is_free(lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float) -> bool:
+    """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
+    free: bool = lanes.v_ref > 0  # true, in the terms of the equations
+    for i in range(SLOTS):
+        v = obstacles.v[i] * cos(obstacles.psi[i])
+        first, last = (obstacles.x[i] + v * (x - ego.x) / lanes.v_ref - x for x in (x_from, x_to))
+        apart = both(first * last > 0, fmin(absolute(first), absolute(last)) >= lanes.l_clear)
+        there = both(obstacles.valid[i], _in_lane(lanes, obstacles.y[i], y))
+        free = both(free, either(negate(there), apart))
+    return free
+
+
+def _speed(  # noqa: PLR0913 - everything the speed depends on
+    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, phase: float, waits: bool, x_11: float  # noqa: FBT001
+) -> float:
+    """The speed that leaves room behind an obstacle which cannot be passed (yet)."""
+    v_d = lanes.v_ref
+    beside = phase == BESIDE
+    for i in range(SLOTS):
+        v = obstacles.v[i] * cos(obstacles.psi[i])
+        gap = obstacles.x[i] - ego.x
+        at_return = obstacles.x[i] + v * (x_11 - ego.x) / lanes.v_ref - x_11
+        own = both(waits, _in_lane(lanes, obstacles.y[i], lanes.y_lane))
+        adjacent = both(both(beside, _in_lane(lanes, obstacles.y[i], lanes.y_adjacent)), at_return < lanes.l_clear)
+        leads = both(both(obstacles.valid[i], gap > 0), either(own, adjacent))
+        v_behind = sqrt(v * v + 2 * lanes.a_follow * fmax(gap - lanes.l_before, 0.0))
+        v_d = where(leads, fmin(v_d, v_behind), v_d)
+    return v_d
 
 
 def _blockade(
@@ -133,6 +192,13 @@ def _blockade(
         first = where(nearer, x_1, first)
         corner_x = where(nearer, obstacles.x[i] - obstacles.length[i] / 2 - lanes.l_gap, corner_x)
         corner_y = where(nearer, obstacles.y[i] + side * (obstacles.width[i] / 2 + lanes.l_gap), corner_y)
+
+    x_task = lanes.x_task - lanes.l_before - lanes.l_change, lanes.x_task + lanes.l_after
+    asked = both(x_task[1] > ego.x, x_task[0] < ego.x + lanes.l_sight)
+    reached.append((asked, *x_task))
+    nearer = both(asked, x_task[0] < first)
+    first = where(nearer, x_task[0], first)
+    corner_x, corner_y = where(nearer, lanes.x_task, corner_x), where(nearer, lanes.y_lane, corner_y)
 
     blocked = reached[0][0]
     for blocks, _, _ in reached[1:]:
