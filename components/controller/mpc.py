@@ -106,7 +106,7 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
 
     def start(self) -> MpcState:
         """No manoeuvre, wheels straight."""
-        return MpcState(manoeuvre=no_manoeuvre(self.v_ref), z=vector([0.0] * (2 * N_P)))
+        return MpcState(manoeuvre=no_manoeuvre(), z=vector([0.0] * (2 * N_P)))
 
     def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
         """One pass of Algorithm 1."""

@@ -70,9 +70,9 @@ class Lanes:
     a_follow: float = quantity("m/s2", "braking that the speed behind an obstacle counts on")
 
 
-def no_manoeuvre(v_d: float) -> Manoeuvre:
+def no_manoeuvre() -> Manoeuvre:
     """Nothing planned yet."""
-    return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0, v_d=v_d)
+    return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0, v_d=0.0)
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,9 @@ def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
     return absolute(y_obstacle - y) < absolute(lanes.y_adjacent - lanes.y_lane) / 2
 
 
-def _is_free(lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float) -> bool:
+def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is there
+    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float
+) -> bool:
     """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
     free: bool = lanes.v_ref > 0  # true, in the terms of the equations
     for i in range(SLOTS):
@@ -150,7 +152,12 @@ def _is_free(lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float,
 
 
 def _speed(  # noqa: PLR0913 - everything the speed depends on
-    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, phase: float, waits: bool, x_11: float  # noqa: FBT001
+    lanes: Lanes,
+    ego: VehicleState,
+    obstacles: ObstacleList,
+    phase: float,
+    waits: bool,
+    x_11: float,  # noqa: FBT001
 ) -> float:
     """The speed that leaves room behind an obstacle which cannot be passed (yet)."""
     v_d = lanes.v_ref

@@ -122,8 +122,8 @@ def test_a_wrong_request_is_one_message_exit_code_2_and_nothing_is_left(macroste
 def test_an_option_with_the_wrong_type_is_exit_code_2(macrostep):
     code, _, err = macrostep("run", "static", "--step", "soon")
     assert code == 2
-    assert "soon" in err
     assert "--step" in err
+    assert "valid number" in err
 
 
 @NO_PICTURES

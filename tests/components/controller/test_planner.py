@@ -184,3 +184,54 @@ def test_a_position_that_is_no_number_leaves_no_trace(lanes, vehicle, obstacles)
 def test_an_adjacent_lane_on_the_right_asks_for_the_obstacles_right_corner(lanes, vehicle, obstacles):
     mirrored = dataclasses.replace(lanes, y_adjacent=-3.5)
     assert plan(mirrored, no_manoeuvre(), vehicle(), obstacles(*STATIC)).y_o == pytest.approx(-1.25)
+
+
+def sampled(drive, v, *others, until=12.0):
+    """The manoeuvres of an ego at 10 m/s among others at constant speed `v`, with what time it was."""
+    places = np.arange(0, V * until, 1.0)
+    return drive(places, lambda t: tuple({**o, "x": o["x"] + o.get("v", v) * t, "v": o.get("v", v)} for o in others))
+
+
+def test_a_change_is_not_begun_while_somebody_is_beside(drive):
+    beside = {"x": 0.0, "y": 3.5, "v": V}
+    found = sampled(drive, 0.0, {"x": 60.0, "y": 0.0}, beside, until=4.0)
+    assert {m.phase for m in found} == {KEEP}
+    assert {m.planned for m in found} == {0.0}
+
+
+def test_a_change_that_is_not_possible_slows_the_ego_down_to_stop_behind(drive, lanes):
+    beside = {"x": 0.0, "y": 3.5, "v": V}
+    found = sampled(drive, 0.0, {"x": 60.0, "y": 0.0}, beside, until=4.0)
+    for x, m in zip(np.arange(0, 40, 1.0), found, strict=True):
+        expected = min(V, np.sqrt(2 * lanes.a_follow * max(60.0 - x - lanes.l_before, 0)))
+        assert m.v_d == pytest.approx(expected)
+
+
+def test_somebody_who_comes_from_behind_fast_enough_to_be_in_the_way_is_waited_for(drive):
+    fast = {"x": -20.0, "y": 3.5, "v": 16.0}
+    found = sampled(drive, 5.0, {"x": 40.0, "y": 0.0}, fast)
+    began = next(i for i, m in enumerate(found) if m.phase == OUT)
+    t = began / V
+    assert -20.0 + 16.0 * t - V * t >= 8.0  # it has passed, and is clear
+    alone = sampled(drive, 5.0, {"x": 40.0, "y": 0.0})
+    assert began > next(i for i, m in enumerate(alone) if m.phase == OUT)
+
+
+def test_the_return_waits_beside_while_the_own_lane_is_taken(drive):
+    def traffic(t):
+        merged = {"x": 2.0 + V * t, "y": 0.0, "v": V}  # appears beside the ego, and leaves again
+        return ({"x": 49.5, "y": 0.0}, merged) if 4.0 < t < 8.0 else ({"x": 49.5, "y": 0.0},)
+
+    found = drive(np.arange(0, 110, 1.0), traffic)
+    assert {m.phase for m in found[63:80]} == {BESIDE}  # without it the return begins at 62 m
+    assert found[81].phase == BACK
+
+
+def test_a_task_asks_for_the_same_change_as_an_obstacle_at_its_place(lanes, vehicle, obstacles):
+    asked = plan(dataclasses.replace(lanes, x_task=49.5), no_manoeuvre(), vehicle(), obstacles())
+    blocked = plan(lanes, no_manoeuvre(), vehicle(), obstacles({"x": 49.5, "y": 0.0}))
+    assert (asked.planned, asked.x_1, asked.x_8) == (blocked.planned, blocked.x_1, blocked.x_8)
+
+
+def test_nobody_ahead_leaves_the_speed_alone(drive):
+    assert {m.v_d for m in sampled(drive, 0.0, *STATIC)} == {V}
