@@ -11,7 +11,16 @@ from components.interfaces.block import Block
 from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
 from components.vehicle.bicycle import Bicycle
+from components.vehicle.bicycle_saturated import BicycleSaturated
 from components.vehicle.stationary import Stationary
 
-CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (Bicycle, Stationary, RampTraffic, EmptyRoad, Mpc, Coast)
+CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
+    Bicycle,
+    BicycleSaturated,
+    Stationary,
+    RampTraffic,
+    EmptyRoad,
+    Mpc,
+    Coast,
+)
 BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})

@@ -45,7 +45,20 @@ class Part(BaseModel):
 
     block: str | None = None
     fmu: str | None = None
+    use: list[str] = []
+    """Parameter files whose values this part takes before its own"""
     parameters: dict[str, Given] = {}
+
+    def given(self, where: str) -> dict[str, Given]:
+        """All values that the scenario gives; its own win. Raises `RequestError` for an unknown parameter file."""
+        found: dict[str, Given] = {}
+        for name in self.use:
+            known = sorted(path.stem for path in PARAMETERS.glob("*.toml"))
+            if name not in known:
+                remedy = did_you_mean(name, known)
+                raise refuse(f"{where}.use", f"the unknown parameter file `{name}`", choices(known), remedy)
+            found.update(parameter_set(name))
+        return found | self.parameters
 
 
 class Scene(BaseModel):
@@ -99,7 +112,7 @@ def _problem(model: type[BaseModel], where: str, item: Mapping[str, Any]) -> Pro
     if item["type"] == "missing":
         return Problem(f"{where}: {place}", "nothing", "an entry of this name", _hint(place))
     if item["type"] == "extra_forbidden":
-        known = sorted(model.model_fields) if len(item["loc"]) == 1 else ["block", "fmu", "parameters"]
+        known = sorted(model.model_fields) if len(item["loc"]) == 1 else sorted(Part.model_fields)
         known = ["value", "unit", "source"] if len(item["loc"]) > 2 else known  # noqa: PLR2004
         return Problem(
             f"{where}: {place}", "an unknown entry", choices(known), did_you_mean(str(item["loc"][-1]), known)

@@ -164,16 +164,17 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
 
 def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[str]) -> Part:
     """The part a person chose instead; parameters of the scenario go along where the new one has them."""
+    given = part.given(socket)
     if replacement is None:
-        return part.model_copy(update={"parameters": dict(part.parameters)})
+        return part.model_copy(update={"parameters": given})
     if replacement.endswith(".fmu"):
         declared = {v.name for v in Fmu(Path(replacement)).interface.parameters}
         made = {"fmu": replacement, "block": None}
     else:
         declared = {v.name for v in block_named(replacement, f"--{socket}").parameters()}
         made = {"fmu": None, "block": replacement}
-    kept = {n: g for n, g in part.parameters.items() if n in declared}
-    dropped = sorted(part.parameters.keys() - kept.keys())
+    kept = {n: g for n, g in given.items() if n in declared}
+    dropped = sorted(given.keys() - kept.keys())
     if dropped:
         remarks.append(f"{socket}: `{replacement}` has no parameters {', '.join(dropped)}; the scenario's are not used")
     return Part.model_validate({**made, "parameters": kept})

@@ -103,6 +103,27 @@ def test_all_problems_come_at_once():
     assert len(wrong("static", settings=["plant.m=-1", "traffic.a[1]=-1", "controller.q=1", "scene.ego_width=x"])) == 4
 
 
+def test_a_part_may_use_a_parameter_file_and_its_own_values_win(tmp_path):
+    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    own = 'y_start = { value = [0.5], unit = "m", source = "mine" }'
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace("[controller]", f"[traffic.parameters]\n{own}\n\n[controller]"))
+    made = prepare(str(path), BLOCKS_ONLY)
+    assert made.system.units["traffic"].parameters["x_start"] == [49.5, 92.5, 110.5, 0, 0, 0, 0, 0]
+    assert made.system.units["traffic"].parameters["y_start"] == [0.5, 0, 0, 0, 0, 0, 0, 0]
+    assert made.sources["traffic.v_start"]["source"] == "paper: static"
+    assert made.sources["traffic.y_start"]["source"] == "mine"
+
+
+def test_an_unknown_parameter_file_suggests_the_nearest(tmp_path):
+    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace("static_obstacles", "static_obstacle"))
+    found = wrong(str(path))[0]
+    assert found.startswith("traffic.use: found the unknown parameter file `static_obstacle`; valid: bicycle, ")
+    assert found.endswith("Did you mean `static_obstacles`?")
+
+
 def test_parameters_that_a_replacement_does_not_have_are_left_out_and_told():
     made = prepare("static", Options(mode="blocks", replacements={"traffic": "empty_road"}))
     assert made.remarks == (
