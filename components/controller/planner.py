@@ -156,8 +156,8 @@ def _speed(  # noqa: PLR0913 - everything the speed depends on
     ego: VehicleState,
     obstacles: ObstacleList,
     phase: float,
-    waits: bool,
-    x_11: float,  # noqa: FBT001
+    waits: bool,  # noqa: FBT001 - a condition of the equations
+    x_11: float,
 ) -> float:
     """The speed that leaves room behind an obstacle which cannot be passed (yet)."""
     v_d = lanes.v_ref
