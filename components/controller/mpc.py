@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from components.controller import active_set, dubins
-from components.controller.corridor import Road, corridor
+from components.controller import active_set
 from components.controller.ocp import Horizon, Model, Problem, Weights
-from components.controller.planner import Lanes, Manoeuvre, no_manoeuvre, plan
+from components.controller.planner import Manoeuvre, no_manoeuvre
+from components.controller.reference import Guidance, Reference
 from components.interfaces.block import Sampled, block
 from components.interfaces.buses import Actuation, Plan, Solver, SolverStatus, VehicleState, Waypoints
-from components.interfaces.maths import Array, absolute, both, clip, fmax, joined, vector, where
+from components.interfaces.maths import Array, absolute, both, clip, joined, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
@@ -43,18 +43,9 @@ class MpcOutputs:
     solver: Solver
 
 
-@record
-class Reference:
-    """What the traffic of this sample asks for."""
-
-    manoeuvre: Manoeuvre
-    path: Waypoints
-    horizon: Horizon
-
-
 @final
 @block(CONTROLLER)
-class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
+class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
     """Integrated path planning and tracking by nonlinear model prediction (the paper's Algorithm 1), active-set method.
 
     At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
@@ -76,10 +67,6 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre", min=0)
     C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre", min=0)
     R_w: float = quantity("m", "wheel radius", min=0.01)
-    mu: float = quantity("1", "friction coefficient the path is planned for", min=0.01, max=2)
-    g: float = quantity("m/s2", "gravity", min=0.1)
-    v_ref: float = quantity("m/s", "speed the path is planned for", min=1)
-    dt: float = quantity("s", "prediction step t(k+i) - t(k+i-1)", min=0.01, max=1)
     a_1: float = quantity("1/m2", "weight of the distance to the path", min=0)
     b_1: float = quantity("m4", "weight of the upper boundary", min=0)
     b_2: float = quantity("m4", "weight of the lower boundary", min=0)
@@ -89,20 +76,6 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     T_bmax: float = quantity("N.m", "largest braking torque on one rear wheel", min=0)
     delta_scale: float = quantity("rad", "unit of the angles in the optimisation", min=1e-6)
     T_scale: float = quantity("N.m", "unit of the torques in the optimisation", min=1e-6)
-    y_lane: float = quantity("m", "centre of the ego's own lane")
-    y_adjacent: float = quantity("m", "centre of the adjacent lane")
-    y_left: float = quantity("m", "left edge of the road")
-    y_right: float = quantity("m", "right edge of the road")
-    l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
-    l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete", min=0)
-    l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins", min=0)
-    x_task: float = quantity("m", "where a lane change is asked for as if an obstacle stood there")
-    l_clear: float = quantity("m", "least distance between centres from others in a lane that is free", min=0)
-    a_follow: float = quantity("m/s2", "braking that the speed behind an obstacle counts on", min=0)
-    l_sight: float = quantity("m", "distance ahead in which obstacles are considered", min=0)
-    l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
-    l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
-    l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
     def start(self) -> MpcState:
         """No manoeuvre, wheels straight."""
@@ -111,7 +84,7 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
     def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
         """One pass of Algorithm 1."""
         dims = self.dimensions()
-        reference = staged(_reference, Reference, dims, self, x, u)
+        reference = staged(Mpc.reference, Reference, dims, self, x.manoeuvre, u)
         problem = self.problem(u.ego, reference.horizon)
         guess = _shifted(x.z)
         found = active_set.minimise(
@@ -120,11 +93,6 @@ class Mpc(Sampled[ControllerInputs, MpcState, MpcOutputs]):
         z, status = _accepted(problem, found, guess)
         outputs = staged(_outputs, MpcOutputs, dims, problem, reference, Decision(z=z, solver=status))
         return MpcState(manoeuvre=reference.manoeuvre, z=z), outputs
-
-    def shape(self) -> dubins.LaneChange:
-        """One lane change of the path."""
-        R = dubins.radius(self.v_ref, self.mu, self.g)
-        return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
 
     def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
         """The optimal control problem for this vehicle."""
@@ -156,51 +124,6 @@ class Decision:
 
     solver: Solver
     z: Array = quantity("1", "scaled decision", shape=(2 * N_P,))
-
-
-def _reference(self: Mpc, x: MpcState, u: ControllerInputs) -> Reference:
-    """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1)."""
-    shape = self.shape()
-    lanes = Lanes(
-        y_lane=self.y_lane,
-        y_adjacent=self.y_adjacent,
-        v_ref=self.v_ref,
-        l_before=self.l_before,
-        l_after=self.l_after,
-        l_sight=self.l_sight,
-        l_change=shape.length,
-        l_gap=self.l_gap,
-        x_task=self.x_task,
-        l_clear=self.l_clear,
-        a_follow=self.a_follow,
-    )
-    manoeuvre = plan(lanes, x.manoeuvre, u.ego, u.obstacles)
-    path = _path(self, manoeuvre, u.ego)
-    s = path.project(u.ego.x, u.ego.y)
-    points = [path.point(s + manoeuvre.v_d * self.dt * (i + 1)) for i in range(N_P)]
-    road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
-    free = [corridor(road, u.obstacles, x_d, self.dt * (i + 1)) for i, (x_d, _) in enumerate(points)]
-    horizon = Horizon(
-        x_d=vector([x_d for x_d, _ in points]),
-        y_d=vector([y_d for _, y_d in points]),
-        y_upper=vector([upper for upper, _ in free]),
-        y_lower=vector([lower for _, lower in free]),
-    )
-    return Reference(manoeuvre=manoeuvre, path=path.waypoints, horizon=horizon)
-
-
-def _path(self: Mpc, manoeuvre: Manoeuvre, ego: VehicleState) -> dubins.Path:
-    """The path of a manoeuvre; the straight lane, with all waypoints on it, while none is planned."""
-    planned = self.shape()
-    shape = dubins.LaneChange(w=where(manoeuvre.planned > 0, planned.w, 0.0), R=planned.R, l_d=planned.l_d)
-    idle = manoeuvre.planned <= 0
-    x_1 = where(idle, manoeuvre.x_0, manoeuvre.x_1)
-    x_8 = where(idle, manoeuvre.x_0 + shape.length, manoeuvre.x_8)
-    x_14 = fmax(x_8 + shape.length, ego.x) + self.l_end
-    corner = (manoeuvre.x_o, manoeuvre.y_o)
-    return dubins.double_lane_change(
-        shape, x_0=manoeuvre.x_0, x_1=x_1, x_8=x_8, x_14=x_14, y_lane=self.y_lane, corner=corner
-    )
 
 
 def _bounds(problem: Problem) -> tuple[Array, Array]:

@@ -1,0 +1,114 @@
+"""What the traffic of a sample asks for: the manoeuvre, its Dubins path, and the corridor around it.
+
+Blocks that plan a path have these parameters and methods in common; they take them by inheriting `PathPlanning`, or
+`Guidance` where they also predict.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from components.controller import dubins
+from components.controller.corridor import Road, corridor
+from components.controller.ocp import Horizon
+from components.controller.planner import Lanes, Manoeuvre, plan
+from components.interfaces.buses import VehicleState, Waypoints
+from components.interfaces.maths import fmax, vector, where
+from components.interfaces.quantity import quantity
+from components.interfaces.record import record
+from components.interfaces.sockets import ControllerInputs
+
+
+@record
+class Reference:
+    """What the traffic of this sample asks for."""
+
+    manoeuvre: Manoeuvre
+    path: Waypoints
+    horizon: Horizon
+
+
+@record
+class PathPlanning:
+    """When to change lanes, and the Dubins path of it."""
+
+    mu: float = quantity("1", "friction coefficient the path is planned for", min=0.01, max=2)
+    g: float = quantity("m/s2", "gravity", min=0.1)
+    v_ref: float = quantity("m/s", "speed the path is planned for", min=1)
+    y_lane: float = quantity("m", "centre of the ego's own lane")
+    y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
+    l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete", min=0)
+    l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins", min=0)
+    x_task: float = quantity("m", "where a lane change is asked for as if an obstacle stood there")
+    l_clear: float = quantity("m", "least distance between centres from others in a lane that is free", min=0)
+    a_follow: float = quantity("m/s2", "braking that the speed behind an obstacle counts on", min=0)
+    l_sight: float = quantity("m", "distance ahead in which obstacles are considered", min=0)
+    l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
+    l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
+
+    def shape(self) -> dubins.LaneChange:
+        """One lane change of the path."""
+        R = dubins.radius(self.v_ref, self.mu, self.g)
+        return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
+
+    def manoeuvre(self, before: Manoeuvre, u: ControllerInputs) -> Manoeuvre:
+        """The manoeuvre seen from this sample."""
+        lanes = Lanes(
+            y_lane=self.y_lane,
+            y_adjacent=self.y_adjacent,
+            v_ref=self.v_ref,
+            l_before=self.l_before,
+            l_after=self.l_after,
+            l_sight=self.l_sight,
+            l_change=self.shape().length,
+            l_gap=self.l_gap,
+            x_task=self.x_task,
+            l_clear=self.l_clear,
+            a_follow=self.a_follow,
+        )
+        return plan(lanes, before, u.ego, u.obstacles)
+
+    def path(self, manoeuvre: Manoeuvre, ego: VehicleState) -> dubins.Path:
+        """The path of a manoeuvre; the straight lane, with all waypoints on it, while none is planned."""
+        planned = self.shape()
+        shape = dubins.LaneChange(w=where(manoeuvre.planned > 0, planned.w, 0.0), R=planned.R, l_d=planned.l_d)
+        idle = manoeuvre.planned <= 0
+        x_1 = where(idle, manoeuvre.x_0, manoeuvre.x_1)
+        x_8 = where(idle, manoeuvre.x_0 + shape.length, manoeuvre.x_8)
+        x_14 = fmax(x_8 + shape.length, ego.x) + self.l_end
+        corner = (manoeuvre.x_o, manoeuvre.y_o)
+        return dubins.double_lane_change(
+            shape, x_0=manoeuvre.x_0, x_1=x_1, x_8=x_8, x_14=x_14, y_lane=self.y_lane, corner=corner
+        )
+
+
+@record
+class Guidance(PathPlanning):
+    """The path, and what it and the corridor ask of N_p prediction steps."""
+
+    N_p: ClassVar[int]
+
+    dt: float = quantity("s", "prediction step t(k+i) - t(k+i-1)", min=0.01, max=1)
+    y_left: float = quantity("m", "left edge of the road")
+    y_right: float = quantity("m", "right edge of the road")
+    l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
+
+    def reference(self, before: Manoeuvre, u: ControllerInputs) -> Reference:
+        """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1).
+
+        The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
+        """
+        manoeuvre = self.manoeuvre(before, u)
+        path = self.path(manoeuvre, u.ego)
+        s = path.project(u.ego.x, u.ego.y)
+        points = [path.point(s + manoeuvre.v_d * self.dt * (i + 1)) for i in range(self.N_p)]
+        road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
+        free = [corridor(road, u.obstacles, x_d, self.dt * (i + 1)) for i, (x_d, _) in enumerate(points)]
+        horizon = Horizon(
+            x_d=vector([x_d for x_d, _ in points]),
+            y_d=vector([y_d for _, y_d in points]),
+            y_upper=vector([upper for upper, _ in free]),
+            y_lower=vector([lower for _, lower in free]),
+        )
+        return Reference(manoeuvre=manoeuvre, path=path.waypoints, horizon=horizon)
