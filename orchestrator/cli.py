@@ -13,13 +13,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from components import BLOCKS
-from components.interfaces.problem import RequestError
-from fmus.compiler import BuildError
-from fmus.version import Version
-from orchestrator import scenario as scenarios
 from orchestrator.drawing import FigureProcess
-from orchestrator.scenario import Options
+
+# The commands import what they need themselves: a person waits for every library that is imported here, and while
+# `run` imports its own, the process for the figures does the same on another core.
 
 FAULT, WRONG = 1, 2
 """Exit codes: the run ended in a fault; the request was wrong."""
@@ -80,16 +77,18 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     in the folder; 2: the request was wrong, nothing was written.
     """
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
-    options = Options(
-        mode="blocks" if blocks else Version(int(fmi)),
-        replacements={socket: name for socket, name in chosen.items() if name is not None},
-        settings=setting or [],
-        step=step,
-        stop_time=stop_time,
-    )
     with _working() as progress, FigureProcess() as drawing:
-        from orchestrator.run import execute, load  # noqa: PLC0415 - pandas and pyarrow are slow to import
+        from fmus.version import Version  # noqa: PLC0415
+        from orchestrator.run import execute, load  # noqa: PLC0415
+        from orchestrator.scenario import Options  # noqa: PLC0415
 
+        options = Options(
+            mode="blocks" if blocks else Version(int(fmi)),
+            replacements={socket: name for socket, name in chosen.items() if name is not None},
+            settings=setting or [],
+            step=step,
+            stop_time=stop_time,
+        )
         loaded = load(scenario, options, progress)
         finished = execute(loaded, folder, progress, drawing)
     for remark in loaded.remarks:
@@ -124,6 +123,10 @@ def build(
     folder: Annotated[Path | None, typer.Option("--out", help="Where to write fmi2/ and fmi3/.")] = None,
 ) -> None:
     """Build the FMUs of all blocks; what is up to date stays."""
+    from components import BLOCKS  # noqa: PLC0415
+    from fmus.version import Version  # noqa: PLC0415
+    from orchestrator import scenario as scenarios  # noqa: PLC0415
+
     versions = [Version(int(fmi))] if fmi else list(Version)
     target = folder or scenarios.built_folder()
     with _working() as progress:
@@ -134,6 +137,9 @@ def build(
 @app.command("list")
 def list_() -> None:
     """Show all scenarios and blocks."""
+    from components import BLOCKS  # noqa: PLC0415
+    from orchestrator import scenario as scenarios  # noqa: PLC0415
+
     table = Table("scenario", "", box=None, title="Scenarios", title_justify="left")
     for name in scenarios.names():
         table.add_row(name, scenarios.read(name)[1].title)
@@ -147,7 +153,7 @@ def list_() -> None:
 @app.command()
 def show(run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder or an .rrd file.")]) -> None:
     """Open a run in the Rerun viewer."""
-    from orchestrator.viewer import open_viewer  # noqa: PLC0415 - Rerun is slow to import
+    from orchestrator.viewer import open_viewer  # noqa: PLC0415
 
     open_viewer(run_folder)
 
@@ -156,14 +162,24 @@ def main() -> None:
     """Run the command; a wrong request is a message, never a traceback."""
     try:
         app()
-    except RequestError as error:
+    except Exception as error:  # noqa: BLE001 - what is not told is raised again
+        sys.exit(_told(error))
+
+
+def _told(error: Exception) -> int:
+    """Say what was wrong, and give the exit code; anything but a wrong request or a failed build is raised again."""
+    from components.interfaces.problem import RequestError  # noqa: PLC0415
+    from fmus.compiler import BuildError  # noqa: PLC0415
+
+    if isinstance(error, RequestError):
         for problem in error.problems:
             err.print("macrostep: ", end="", style="red")
             err.print(str(problem), markup=False)
-        sys.exit(WRONG)
-    except BuildError as error:
+        return WRONG
+    if isinstance(error, BuildError):
         err.print(f"macrostep: {error}", markup=False, style="red")
-        sys.exit(FAULT)
+        return FAULT
+    raise error
 
 
 if __name__ == "__main__":

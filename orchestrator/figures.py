@@ -79,8 +79,7 @@ def _trajectory(columns: Columns, who: Cast, scene: Scene) -> Figure | None:
     top = min(max(scene.y_left, float(y.max())), scene.y_left + _BESIDE) + 1
     span = (high - low) / rows
     height = rows * (_WIDTH * 0.9 * (top - bottom) / span + 0.35) + 0.75
-    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
-    panels = figure.subplots(rows, 1, squeeze=False)[:, 0]
+    figure, panels = _sheet(height, rows, gap=0.3)
     for i, axes in enumerate(panels):
         stretch = (low + i * span, low + (i + 1) * span)
         _road(axes, scene, *stretch)
@@ -92,7 +91,7 @@ def _trajectory(columns: Columns, who: Cast, scene: Scene) -> Figure | None:
         axes.tick_params(labelsize=8)
     panels[-1].set_xlabel("x [m]")
     handles, labels = panels[-1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
+    figure.legend(handles, labels, loc="upper center", ncols=6, fontsize=7, frameon=False)
     return figure
 
 
@@ -161,8 +160,7 @@ def _series(columns: Columns, plots: list[Plot]) -> Figure | None:
     plots = [p for p in plots if any(path in known for path in p.signals)]
     if not plots:
         return None
-    figure = Figure(figsize=(_WIDTH, 0.6 + 2.1 * len(plots)), layout="constrained")
-    panels = figure.subplots(len(plots), 1, squeeze=False, sharex=True)[:, 0]
+    figure, panels = _sheet(0.6 + 2.1 * len(plots), len(plots), gap=0.25, sharex=True)
     for axes, plot in zip(panels, plots, strict=True):
         shown = [known[path] for path in plot.signals if path in known]
         for i, signal in enumerate(shown):
@@ -193,11 +191,27 @@ def _path_error(columns: Columns, who: Cast) -> Figure | None:
     error = pictures.errors(columns, who)
     if error is None:
         return None
-    figure = Figure(figsize=(_WIDTH, 2.6), layout="constrained")
-    axes = figure.subplots()
+    figure, panels = _sheet(2.7, 1)
+    axes = panels[0]
     axes.plot(columns.time, error, color=_EGO, linewidth=1.4)
     axes.set_ylabel("Path error [m], left positive", fontsize=9)
-    return _finished(figure, np.array([axes]))
+    return _finished(figure, panels)
+
+
+def _sheet(height: float, rows: int, *, gap: float = 0.0, sharex: bool = False) -> tuple[Figure, NDArray[Any]]:
+    """A figure of `rows` panels with margins and gaps in inches: laying them out by trial takes as long as drawing."""
+    figure = Figure(figsize=(_WIDTH, height))
+    panels = figure.subplots(rows, 1, squeeze=False, sharex=sharex)[:, 0]
+    left, right, bottom, top = 0.65, 0.15, 0.48, 0.32
+    panel = (height - bottom - top - gap * (rows - 1)) / rows
+    figure.subplots_adjust(
+        left=left / _WIDTH,
+        right=1 - right / _WIDTH,
+        bottom=bottom / height,
+        top=1 - top / height,
+        hspace=gap / panel,
+    )
+    return figure, panels
 
 
 def _finished(figure: Figure, panels: NDArray[Any]) -> Figure:
