@@ -6,7 +6,10 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from components.controller.coast import Coast
+from components.controller.lqr import Lqr
 from components.controller.mpc import Mpc
+from components.controller.pure_pursuit import PurePursuit
+from components.controller.stanley import Stanley
 from components.interfaces.block import Block
 from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
@@ -21,6 +24,9 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     RampTraffic,
     EmptyRoad,
     Mpc,
+    Lqr,
+    Stanley,
+    PurePursuit,
     Coast,
 )
 BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})

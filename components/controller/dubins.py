@@ -65,6 +65,10 @@ class Segment:
             self.y - (cos(turned) - cos(self.psi)) / self.kappa,
         )
 
+    def heading(self, s: float) -> float:
+        """Direction of travel at arc length `s` from the start."""
+        return self.psi + self.kappa * s
+
     def project(self, x: float, y: float) -> float:
         """Arc length of the point of this segment nearest to (x, y)."""
         dx, dy = x - self.x, y - self.y
@@ -108,6 +112,17 @@ class Path:
             x, y = where(inside > 0, p_x, x), where(inside > 0, p_y, y)
             travelled = travelled + segment.length
         return x, y
+
+    def direction(self, s: float) -> tuple[float, float]:
+        """Heading and curvature (positive to the left) at arc length `s`; at a joint those of the segment before."""
+        psi, kappa = self.segments[0].heading(s), self.segments[0].kappa
+        travelled = self.segments[0].length
+        for segment in self.segments[1:]:
+            inside = s - travelled
+            psi = where(inside > 0, segment.heading(clip(inside, 0.0, segment.length)), psi)
+            kappa = where(inside > 0, segment.kappa, kappa)
+            travelled = travelled + segment.length
+        return psi, kappa
 
 
 def double_lane_change(  # noqa: PLR0913 - the construction's givens

@@ -120,7 +120,7 @@ def test_an_unknown_parameter_file_suggests_the_nearest(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(text.replace("static_obstacles", "static_obstacle"))
     found = wrong(str(path))[0]
-    assert found.startswith("traffic.use: found the unknown parameter file `static_obstacle`; valid: bicycle, ")
+    assert found.startswith("traffic.use: found the unknown parameter file `static_obstacle`; valid: actuators, ")
     assert found.endswith("Did you mean `static_obstacles`?")
 
 

@@ -116,6 +116,23 @@ def test_the_path_is_the_curve_that_its_curvature_draws():
         assert PATH.point(s) == pytest.approx(point, abs=1e-6)
 
 
+def test_the_direction_is_the_slope_of_the_curve_and_the_curvature_that_of_the_direction():
+    starts = np.cumsum([0.0, *(segment.length for segment in PATH.segments)])
+    for s in np.arange(0.05, TOTAL, 0.31):
+        if np.abs(starts - s).min() < 2e-3:
+            continue  # curvature jumps where pieces join
+        psi, kappa = PATH.direction(s)
+        (x_a, y_a), (x_b, y_b) = PATH.point(s - 1e-3), PATH.point(s + 1e-3)
+        assert psi == pytest.approx(math.atan2(y_b - y_a, x_b - x_a), abs=1e-8)
+        slope = (PATH.direction(s + 1e-3)[0] - PATH.direction(s - 1e-3)[0]) / 2e-3
+        assert kappa == pytest.approx(slope, abs=1e-10)
+
+
+def test_the_direction_beyond_both_ends_is_along_the_road():
+    for s in (-5.0, 0.0, TOTAL, TOTAL + 50.0):
+        assert PATH.direction(s) == pytest.approx((0.0, 0.0), abs=1e-14)
+
+
 @given(s=st.floats(0.0, TOTAL))
 def test_a_point_of_the_path_projects_on_itself(s):
     assert PATH.project(*PATH.point(s)) == pytest.approx(s, abs=1e-9)

@@ -1,0 +1,69 @@
+"""The two-level baselines on the static scenario, in the range of an independent prototype of the paper's system."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmus.version import Version
+from orchestrator.master import simulate
+from orchestrator.metrics import compute
+from orchestrator.scenario import Options, prepare
+
+ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
+
+
+def run(name, *settings, mode="blocks", **replacements):
+    made = prepare(name, Options(mode=mode, settings=settings, replacements=replacements))
+    frame = simulate(made.system, h=made.h, until=made.until)
+    return frame, compute(frame, ROLES, made.scene)
+
+
+# name, settings, and of the prototype: path error rms and largest [m], total variation of r [rad/s], rms r_dot [rad/s2]
+PROTOTYPE = [
+    ("static-stanley", [], (0.416, 0.934, 7.9, 1.10)),
+    ("static-pure-pursuit", [], (0.397, 0.903, 1.7, 0.20)),
+]
+
+
+@pytest.mark.parametrize(("name", "settings", "expected"), PROTOTYPE)
+def test_a_baseline_does_what_the_prototype_did(name, settings, expected):
+    _, found = run(name, *settings)
+    metrics = ("path_error_rms", "path_error_max", "r_total_variation", "r_dot_rms")
+    assert [found[m] for m in metrics] == pytest.approx(expected, rel=0.1)
+    assert found["gap_obstacle"] > 1
+
+
+def test_lqr_trades_accuracy_for_smoothness_in_the_range_of_the_prototype():
+    plain = ["controller.q_e_dot=0.0", "controller.q_psi=1.0"]
+    found = [run("static-lqr", *plain, f"controller.q_delta={q}")[1] for q in (1.0, 10.0, 30.0)]
+    errors = [f["path_error_rms"] for f in found]
+    variations = [f["r_total_variation"] for f in found]
+    assert errors == sorted(errors)
+    assert variations == sorted(variations, reverse=True)
+    assert 0.042 < errors[0] < errors[-1] < 0.255
+    assert 10.4 < variations[-1] < variations[0] < 17.6
+    assert all(f["gap_obstacle"] > 1 for f in found)
+
+
+@pytest.mark.parametrize("name", ["static-lqr", "static-pure-pursuit"])
+def test_in_their_own_setting_they_stay_on_the_road(name):
+    _, found = run(name)
+    assert found["gap_edge"] > 0
+    assert found["gap_obstacle"] > 1
+    assert 9.0 < found["v_x_min"] < found["v_x_max"] < 10.1
+
+
+@pytest.mark.parametrize("name", ["static-lqr", "static-stanley", "static-pure-pursuit"])
+def test_their_path_is_that_of_mpc_at_every_tick(name):
+    frame, mpc = run(name)[0], run("static")[0]
+    columns = [f"controller.path.{axis}[{i}]" for axis in "xy" for i in range(1, 13)]
+    assert np.abs(frame[columns].to_numpy() - mpc[columns].to_numpy()).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", ["static-lqr", "static-stanley", "static-pure-pursuit"])
+def test_blocks_and_fmus_give_the_same_run(name, built_fmus):
+    blocks = run(name)[0]
+    for version in Version:
+        found = run(name, mode=version)[0]
+        np.testing.assert_allclose(found.to_numpy(float), blocks.to_numpy(float), rtol=0, atol=1e-9)
