@@ -12,7 +12,7 @@ from components.controller import dubins
 from components.controller.corridor import Road, corridor
 from components.controller.ocp import Horizon
 from components.controller.planner import Lanes, Manoeuvre, plan
-from components.interfaces.buses import VehicleState, Waypoints
+from components.interfaces.buses import ObstacleList, VehicleState, Waypoints
 from components.interfaces.maths import fmax, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
@@ -94,6 +94,10 @@ class Guidance(PathPlanning):
     y_right: float = quantity("m", "right edge of the road")
     l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
+    def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - for others to decide
+        """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
+        return obstacles
+
     def reference(self, before: Manoeuvre, u: ControllerInputs) -> Reference:
         """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1).
 
@@ -104,7 +108,9 @@ class Guidance(PathPlanning):
         s = path.project(u.ego.x, u.ego.y)
         points = [path.point(s + manoeuvre.v_d * self.dt * (i + 1)) for i in range(self.N_p)]
         road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
-        free = [corridor(road, u.obstacles, x_d, self.dt * (i + 1)) for i, (x_d, _) in enumerate(points)]
+        free = [
+            corridor(road, self.beside(u.obstacles, y_d), x_d, self.dt * (i + 1)) for i, (x_d, y_d) in enumerate(points)
+        ]
         horizon = Horizon(
             x_d=vector([x_d for x_d, _ in points]),
             y_d=vector([y_d for _, y_d in points]),

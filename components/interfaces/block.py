@@ -14,7 +14,8 @@ import numpy as np
 from components.interfaces.maths import is_symbolic
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import Quantity, boolean, enumeration, integer, quantity
-from components.interfaces.record import Variable, combine, record, value_problems, variables
+from components.interfaces.record import Variable, record, value_problems, variables
+from components.interfaces.runge_kutta import runge_kutta
 from components.interfaces.socket import Socket
 
 U = TypeVar("U")
@@ -102,24 +103,7 @@ class Continuous(Block[U, X, Y]):
 
     def step(self, x: X, u: U, h: float) -> X:
         """One Runge-Kutta step with the inputs held."""
-
-        def along(slope: X, share: float) -> X:
-            return combine(_along(share * h), x, slope)
-
-        k_1 = self.derivative(x, u)
-        k_2 = self.derivative(along(k_1, 0.5), u)
-        k_3 = self.derivative(along(k_2, 0.5), u)
-        k_4 = self.derivative(along(k_3, 1.0), u)
-        slope = combine(_simpson, k_1, k_2, k_3, k_4)
-        return along(slope, 1.0)
-
-
-def _along(h: float) -> Callable[[Any, Any], Any]:
-    return lambda value, slope: value + h * slope
-
-
-def _simpson(k_1: Any, k_2: Any, k_3: Any, k_4: Any) -> Any:
-    return (k_1 + 2 * k_2 + 2 * k_3 + k_4) / 6
+        return runge_kutta(lambda state: self.derivative(state, u), x, h)
 
 
 class Sampled(Block[U, X, Y]):
