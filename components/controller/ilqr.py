@@ -4,7 +4,7 @@
     subject to x_{i+1} = step(x_i, u_i),   lower <= u_i <= upper
 
 Each iteration linearises every stage along the present trajectory, sweeps backwards for a correction of the inputs
-``u_i + alpha k_i + K_i (x - x_i)``, and keeps the best of several step lengths alpha, or the old inputs. Inputs that the
+``u_i + alpha k_i + K_i (x - x_i)`` and keeps the best of several step lengths alpha, or the old inputs. Inputs that a
 correction would push over a bound are clamped there, their feedback is zero. Work and memory grow linearly with N.
 
 A residual ``sqrt(w) max(0, g)`` is the constraint g <= 0 with a slack that costs w times its square, the slack

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from orchestrator.master import simulate
@@ -33,8 +34,11 @@ def table(name):
 
 def test_runs_equal_their_golden_tables():
     for name in NAMES:
-        golden = pd.read_csv(FOLDER / f"{name}.csv")
-        pd.testing.assert_frame_equal(table(name), golden, rtol=1e-6, atol=1e-6)
+        golden, found = pd.read_csv(FOLDER / f"{name}.csv"), table(name)
+        assert list(found.columns) == list(golden.columns)
+        for column in golden:  # the solver stops at 1e-6 in its own scale, which is 200 N.m for torques
+            scale = max(1.0, golden[column].abs().max())
+            np.testing.assert_allclose(found[column], golden[column], rtol=0, atol=1e-6 * scale, err_msg=column)
 
 
 if __name__ == "__main__":
