@@ -11,6 +11,7 @@ from components.controller.mpc import Mpc
 from components.controller.mpc_plus import MpcPlus
 from components.controller.pure_pursuit import PurePursuit
 from components.controller.stanley import Stanley
+from components.controller.two_level_mp import TwoLevelMp
 from components.interfaces.block import Block
 from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
@@ -29,6 +30,7 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     Lqr,
     Stanley,
     PurePursuit,
+    TwoLevelMp,
     Coast,
 )
 BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})

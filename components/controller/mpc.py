@@ -8,21 +8,14 @@ from components.controller import active_set
 from components.controller.ocp import Horizon, Model, Problem, Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.reference import Guidance, Reference
+from components.controller.solving import ITERATIONS, N_P, TOLERANCE, Decision, accepted, shifted
 from components.interfaces.block import Sampled, block
-from components.interfaces.buses import Actuation, Plan, Solver, SolverStatus, VehicleState, Waypoints
-from components.interfaces.maths import Array, absolute, both, clip, joined, vector, where
+from components.interfaces.buses import Actuation, Plan, Solver, VehicleState, Waypoints
+from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
-
-N_P = 3
-"""Prediction horizon of the paper, in prediction steps."""
-
-ITERATIONS = 10
-TOLERANCE = 1e-6
-LARGEST = 1e9
-"""Shown instead of a cost or residual that is not a number."""
 
 
 @record
@@ -86,13 +79,13 @@ class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
         dims = self.dimensions()
         reference = staged(Mpc.reference, Reference, dims, self, x.manoeuvre, u)
         problem = self.problem(u.ego, reference.horizon)
-        guess = _shifted(x.z)
+        guess = shifted(x.z)
         found = active_set.minimise(
             Problem.cost, _bounds, problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
         )
-        z, status = _accepted(problem, found, guess)
-        outputs = staged(_outputs, MpcOutputs, dims, problem, reference, Decision(z=z, solver=status))
-        return MpcState(manoeuvre=reference.manoeuvre, z=z), outputs
+        decision = accepted(_bounds(problem), found, guess)
+        outputs = staged(_outputs, MpcOutputs, dims, problem, reference, decision)
+        return MpcState(manoeuvre=reference.manoeuvre, z=decision.z), outputs
 
     def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
         """The optimal control problem for this vehicle."""
@@ -118,35 +111,8 @@ class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
         )
 
 
-@record
-class Decision:
-    """The decision that is applied, and how it was found."""
-
-    solver: Solver
-    z: Array = quantity("1", "scaled decision", shape=(2 * N_P,))
-
-
 def _bounds(problem: Problem) -> tuple[Array, Array]:
     return problem.bounds(N_P)
-
-
-def _shifted(z: Array) -> Array:
-    """The previous plan one step further, its last decision kept."""
-    return joined([z[1:N_P], z[N_P - 1 : N_P], z[N_P + 1 :], z[2 * N_P - 1 :]])
-
-
-def _accepted(problem: Problem, found: active_set.Solution, guess: Array) -> tuple[Array, Solver]:
-    """The solution within its bounds, or the shifted previous plan where the solve gave no numbers."""
-    finite = both(absolute(found.kkt) < LARGEST, absolute(found.cost) < LARGEST)  # false for a NaN
-    lower, upper = _bounds(problem)
-    z = vector([clip(where(finite, found.z[i], guess[i]), lower[i], upper[i]) for i in range(2 * N_P)])
-    ended = where(found.kkt <= TOLERANCE, float(SolverStatus.converged), float(SolverStatus.iteration_limit))
-    return z, Solver(
-        status=where(finite, ended, float(SolverStatus.fallback)),
-        iterations=found.iterations,  # type: ignore[arg-type] # a count among other columns of doubles
-        cost=where(finite, found.cost, LARGEST),
-        kkt=where(finite, found.kkt, LARGEST),
-    )
 
 
 def _outputs(problem: Problem, reference: Reference, decision: Decision) -> MpcOutputs:

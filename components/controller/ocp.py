@@ -111,15 +111,19 @@ class Problem:
         w, horizon = self.weights, self.horizon
         total, r_before = 0.0, self.start.r
         for i, x in enumerate(self.prediction(z)):
-            along = (x.x - horizon.x_d[i]) * (x.x - horizon.x_d[i])
-            across = (x.y - horizon.y_d[i]) * (x.y - horizon.y_d[i])
-            upper = along + (x.y - horizon.y_upper[i]) * (x.y - horizon.y_upper[i])
-            lower = along + (x.y - horizon.y_lower[i]) * (x.y - horizon.y_lower[i])
             r_dot = (x.r - r_before) / self.dt
-            total = total + w.a_1 * (along + across) + w.b_3 * r_dot * r_dot  # (5)
-            total = total + w.b_1 * _repulsion(upper) + w.b_2 * _repulsion(lower)  # (5)
+            total = total + distance_cost(w, horizon, i, x.x, x.y) + w.b_3 * r_dot * r_dot  # (5)
             r_before = x.r
         return total
+
+
+def distance_cost(w: Weights, horizon: Horizon, i: int, x: float, y: float) -> float:
+    """What (5) adds for being at (x, y) in prediction step i: distances to the path and to the boundaries."""
+    along = (x - horizon.x_d[i]) * (x - horizon.x_d[i])
+    across = (y - horizon.y_d[i]) * (y - horizon.y_d[i])
+    upper = along + (y - horizon.y_upper[i]) * (y - horizon.y_upper[i])
+    lower = along + (y - horizon.y_lower[i]) * (y - horizon.y_lower[i])
+    return w.a_1 * (along + across) + w.b_1 * _repulsion(upper) + w.b_2 * _repulsion(lower)  # (5)
 
 
 def _repulsion(square: float) -> float:

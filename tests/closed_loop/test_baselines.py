@@ -10,6 +10,7 @@ from orchestrator.master import simulate
 from orchestrator.metrics import compute
 from orchestrator.scenario import Options, prepare
 
+NAMES = ["static-lqr", "static-stanley", "static-pure-pursuit", "static-two-level-mp"]
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 
 
@@ -46,6 +47,14 @@ def test_lqr_trades_accuracy_for_smoothness_in_the_range_of_the_prototype():
     assert all(f["gap_obstacle"] > 1 for f in found)
 
 
+def test_the_point_mass_plan_is_tracked_without_contact_and_every_solve_converges():
+    frame, found = run("static-two-level-mp")
+    assert found["gap_obstacle"] > 1
+    assert found["path_error_rms"] < 0.2
+    assert found["solver_fallbacks"] == found["solver_limits"] == 0
+    assert frame["controller.plan.x[1]"].sub(frame["plant.state.x"]).between(2.0, 3.0).all()
+
+
 @pytest.mark.parametrize("name", ["static-lqr", "static-pure-pursuit"])
 def test_in_their_own_setting_they_stay_on_the_road(name):
     _, found = run(name)
@@ -54,14 +63,14 @@ def test_in_their_own_setting_they_stay_on_the_road(name):
     assert 9.0 < found["v_x_min"] < found["v_x_max"] < 10.1
 
 
-@pytest.mark.parametrize("name", ["static-lqr", "static-stanley", "static-pure-pursuit"])
+@pytest.mark.parametrize("name", NAMES)
 def test_their_path_is_that_of_mpc_at_every_tick(name):
     frame, mpc = run(name)[0], run("static")[0]
     columns = [f"controller.path.{axis}[{i}]" for axis in "xy" for i in range(1, 13)]
     assert np.abs(frame[columns].to_numpy() - mpc[columns].to_numpy()).max() < 1e-3
 
 
-@pytest.mark.parametrize("name", ["static-lqr", "static-stanley", "static-pure-pursuit"])
+@pytest.mark.parametrize("name", NAMES)
 def test_blocks_and_fmus_give_the_same_run(name, built_fmus):
     blocks = run(name)[0]
     for version in Version:
