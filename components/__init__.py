@@ -8,6 +8,7 @@ from typing import Any, Final
 from components.controller.coast import Coast
 from components.controller.lqr import Lqr
 from components.controller.mpc import Mpc
+from components.controller.mpc_external import MpcInteriorPoint, MpcSqp
 from components.controller.mpc_plus import MpcPlus
 from components.controller.pure_pursuit import PurePursuit
 from components.controller.stanley import Stanley
@@ -26,6 +27,8 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     RampTraffic,
     EmptyRoad,
     Mpc,
+    MpcSqp,
+    MpcInteriorPoint,
     MpcPlus,
     Lqr,
     Stanley,

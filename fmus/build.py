@@ -56,7 +56,7 @@ def build_all(
     progress: Callable[[str], None],
 ) -> list[Built]:
     """Build several FMUs on all cores, as `build` does; `progress` hears of each that had to be built."""
-    raise_if_any(problem for block, _, start in requests for problem in start_problems(block, start))
+    raise_if_any(problem for block, _, start in requests for problem in request_problems(block, start))
     found = find_compiler()
     jobs = [_job(block, version, start, folder, found) for block, version, start in requests]
     by_path = {job.path: job for job in jobs}
@@ -80,6 +80,14 @@ def _conflict(job: _Job) -> Problem:
     return Problem(
         str(job.path), "two requests with different start values", "one set of start values for a file", remedy
     )
+
+
+def request_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
+    """What keeps a block with these start values from becoming an FMU."""
+    if block.native:
+        return start_problems(block, start)
+    found = "equations that call a library, which do not become C"
+    return [Problem(f"block `{block.name}`", found, "a native block", "Run it in this process, with --blocks.")]
 
 
 def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:

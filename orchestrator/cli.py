@@ -130,7 +130,7 @@ def build(
     versions = [Version(int(fmi))] if fmi else list(Version)
     target = folder or scenarios.built_folder()
     with _working() as progress:
-        files = scenarios.ensure_built(list(BLOCKS.values()), versions, target, progress)
+        files = scenarios.ensure_built([b for b in BLOCKS.values() if b.native], versions, target, progress)
     out.print(f"{len(files)} FMUs in {target}/")
 
 

@@ -149,6 +149,9 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     raise_if_any([*problems, *found])
 
     units = _units(parts, kinds, values, options.mode, progress)
+    if options.mode != "blocks":
+        inside = {socket: kind.name for socket, kind in kinds.items() if not kind.native}
+        remarks += [f"{socket}: `{name}` runs in this process; it does not become C" for socket, name in inside.items()]
     system = System(units=units, wiring=WIRING, sockets=SOCKETS)
     return Scenario(
         name=name,
@@ -189,12 +192,13 @@ def _units(
 ) -> dict[str, Source]:
     files: dict[tuple[str, Version], Path] = {}
     if mode != "blocks":
-        files = ensure_built(list(kinds.values()), [mode], built_folder(), progress)
+        native = [kind for kind in kinds.values() if kind.native]
+        files = ensure_built(native, [mode], built_folder(), progress)
     units: dict[str, Source] = {}
     for socket, part in parts.items():
         if part.fmu is not None:
             units[socket] = Fmu(Path(part.fmu), values[socket])
-        elif mode == "blocks":
+        elif mode == "blocks" or not kinds[socket].native:
             units[socket] = InProcess(kinds[socket], values[socket])
         else:
             units[socket] = Fmu(files[kinds[socket].name, mode], values[socket])

@@ -84,7 +84,7 @@ def _functions(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> t
     J = cost(problem, z)
     H, g = ca.hessian(J, z)
     value = ca.Function("cost", [z, data], [J])
-    kkt = ca.mmax(ca.fabs(z - _project(z - g, lower, upper)))
+    kkt = _residual(z, g, lower, upper)
 
     damping, count, tolerance = ca.SX.sym("damping"), ca.SX.sym("count"), ca.SX.sym("tolerance")
     p = _direction(z, g, H, lower, upper, damping)
@@ -100,7 +100,20 @@ def _functions(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> t
     step = ca.Function(
         "iterate", [z, damping, count, data, tolerance], [best_z, next_damping, count + (kkt > tolerance)]
     )
-    return step, ca.Function("residual", [z, data], [J, kkt])
+    return step, residual_function(cost, bounds, kind, dimensions, n)
+
+
+@cache
+def residual_function(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> ca.Function:
+    """``residual(z, data) -> (cost, kkt)``, for solutions from wherever."""
+    data, problem = symbols(kind, dict(dimensions), name="data")
+    z = ca.SX.sym("z", n)
+    J = cost(problem, z)
+    return ca.Function("residual", [z, data], [J, _residual(z, ca.gradient(J, z), *bounds(problem))])
+
+
+def _residual(z: Any, g: Any, lower: Any, upper: Any) -> Any:
+    return ca.mmax(ca.fabs(z - _project(z - g, lower, upper)))
 
 
 def _project(z: Any, lower: Any, upper: Any) -> Any:

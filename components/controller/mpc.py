@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import ClassVar, final
+
+from typing_extensions import override
 
 from components.controller import active_set
 from components.controller.ocp import Horizon, Model, Problem, Weights
@@ -36,13 +39,12 @@ class MpcOutputs:
     solver: Solver
 
 
-@final
-@block(CONTROLLER)
-class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
-    """Integrated path planning and tracking by nonlinear model prediction (the paper's Algorithm 1), active-set method.
+@record
+class IntegratedMpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
+    """Integrated path planning and tracking by nonlinear model prediction, the paper's Algorithm 1, whatever solves it.
 
     At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
-    (`corridor`), then the optimal control problem (`ocp`), solved by `active_set` from the previous plan.
+    (`corridor`), then the optimal control problem (`ocp`), solved from the previous plan.
     The first decision is applied. Where a solve does not end in numbers the previous plan is followed one step
     further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
 
@@ -52,6 +54,8 @@ class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
 
     staged: ClassVar[bool] = True
     N_p: ClassVar[int] = N_P
+    kkt_converged: ClassVar[float] = TOLERANCE
+    """Residual of the optimality conditions up to which `solver.status` is converged."""
 
     m: float = quantity("kg", "mass of the predicted vehicle", min=1)
     I_z: float = quantity("kg.m2", "yaw inertia of the predicted vehicle", min=1)
@@ -80,12 +84,13 @@ class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
         reference = staged(Mpc.reference, Reference, dims, self, x.manoeuvre, u)
         problem = self.problem(u.ego, reference.horizon)
         guess = shifted(x.z)
-        found = active_set.minimise(
-            Problem.cost, _bounds, problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
-        )
-        decision = accepted(_bounds(problem), found, guess)
+        decision = accepted(bounds(problem), self.solve(problem, guess), guess, self.kkt_converged)
         outputs = staged(_outputs, MpcOutputs, dims, problem, reference, decision)
         return MpcState(manoeuvre=reference.manoeuvre, z=decision.z), outputs
+
+    @abstractmethod
+    def solve(self, problem: Problem, guess: Array) -> active_set.Solution:
+        """The minimiser of ``problem.cost`` within its bounds, searched from `guess`."""
 
     def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
         """The optimal control problem for this vehicle."""
@@ -111,7 +116,25 @@ class Mpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
         )
 
 
-def _bounds(problem: Problem) -> tuple[Array, Array]:
+@final
+@block(CONTROLLER)
+class Mpc(IntegratedMpc):
+    """Integrated path planning and tracking by nonlinear model prediction (the paper's Algorithm 1), active-set method.
+
+    See `IntegratedMpc`; the problem is solved by `active_set`, as plain C in the FMU.
+    """
+
+    @override
+    def solve(self, problem: Problem, guess: Array) -> active_set.Solution:
+        """An active-set Newton method."""
+        dims = self.dimensions()
+        return active_set.minimise(
+            Problem.cost, bounds, problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
+        )
+
+
+def bounds(problem: Problem) -> tuple[Array, Array]:
+    """Lower and upper bounds of the decision."""
     return problem.bounds(N_P)
 
 

@@ -44,6 +44,8 @@ class Block(ABC, Generic[U, X, Y]):
     output_type: ClassVar[type]
     max_step: ClassVar[float] = float("inf")
     """Longest step [s] that `step` is called with; a longer macro step is divided evenly."""
+    native: ClassVar[bool] = True
+    """Whether the equations become C; blocks that call a library do not, and run in this process only."""
     staged: ClassVar[bool] = False
     """Whether parts of the equations become functions of their own in the generated C (see `staging`)."""
 

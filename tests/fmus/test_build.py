@@ -192,3 +192,8 @@ def test_two_sets_of_start_values_for_one_file_are_refused(start_of: Start, tmp_
         f"{tmp_path / 'fmi2' / 'stationary.fmu'}: found two requests with different start values; "
         "valid: one set of start values for a file. Build one, and set the other's parameters when it is used."
     )
+
+
+def test_a_block_that_calls_a_library_is_refused(tmp_path):
+    with pytest.raises(RequestError, match="block `mpc_sqp`: found equations that call a library"):
+        build(BLOCKS["mpc_sqp"], Version.FMI2, {}, tmp_path)

@@ -34,7 +34,7 @@ from fmus.version import Version
 from tests.fmus.fmu_driver import FmuDriver
 
 Built = Mapping[tuple[str, Version], Path]
-EVERY = pytest.mark.parametrize(("name", "version"), [(n, v) for n in BLOCKS for v in Version])
+EVERY = pytest.mark.parametrize(("name", "version"), [(n, v) for n in BLOCKS if BLOCKS[n].native for v in Version])
 FMPY = Path(fmpy.__file__).parent
 
 
@@ -126,7 +126,7 @@ def test_sources_keep_the_licence_of_the_fmi_headers(built: Built, name: str, ve
     assert "2-Clause BSD License" in header
 
 
-@pytest.mark.parametrize("name", BLOCKS)
+@pytest.mark.parametrize("name", [n for n in BLOCKS if BLOCKS[n].native])
 def test_terminals_are_valid_and_name_every_signal(built: Built, name: str) -> None:
     path = built[name, Version.FMI3]
     root = xml(path, "terminalsAndIcons/terminalsAndIcons.xml")
@@ -141,7 +141,7 @@ def test_terminals_are_valid_and_name_every_signal(built: Built, name: str) -> N
     assert members == {v.get("name") for v in described if v.get("causality") in ("input", "output")}
 
 
-@pytest.mark.parametrize("name", BLOCKS)
+@pytest.mark.parametrize("name", [n for n in BLOCKS if BLOCKS[n].native])
 def test_build_description_is_valid_and_its_files_exist(built: Built, name: str) -> None:
     path = built[name, Version.FMI3]
     root = xml(path, "sources/buildDescription.xml")
