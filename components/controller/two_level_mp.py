@@ -10,16 +10,19 @@ from components.controller.ocp import Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.point_mass import PlanningProblem, PointMass
 from components.controller.reference import Guidance, Reference
-from components.controller.solving import ITERATIONS, N_P, TOLERANCE, Decision, accepted, shifted
+from components.controller.solving import N_P, TOLERANCE, Decision, accepted, shifted
 from components.controller.tracking import Target, deviation
 from components.interfaces.block import Sampled, block
 from components.interfaces.buses import Actuation, Plan, Solver, VehicleState, Waypoints
 from components.interfaces.frames import to_road
-from components.interfaces.maths import Array, absolute, atan2, both, cos, fmax, negate, sin, sqrt, vector, where
+from components.interfaces.maths import Array, absolute, atan2, both, cos, fmax, fmin, negate, sin, sqrt, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine, leaves, record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
+
+ITERATIONS = 20
+"""Per solve; most need five."""
 
 _LARGEST = 1e9
 """Every state is smaller, but no state with a number that is none."""
@@ -73,7 +76,7 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
     vehicle is, not how far it is off. Lower level: `lqr_tracking` on the errors from the planned point, with the
     direction and the curvature of the planned motion; PI on its speed.
 
-    Where a solve does not end in numbers the previous plan is followed one step further.
+    Where a solve does not end in numbers the previous plan is followed one sample further.
     The gain is computed at the start: other weights during a run take effect at the next start.
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
     """
@@ -100,7 +103,7 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
         """Plan, then track."""
         dims = self.dimensions()
         given = staged(_given, _Given, dims, self, x, u)
-        guess = shifted(x.z)
+        guess = x.z + (shifted(x.z) - x.z) * fmin(self.T_s / self.dt, 1.0)  # a sample is a share of a prediction step
         found = active_set.minimise(
             PlanningProblem.cost, _bounds, given.problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
         )

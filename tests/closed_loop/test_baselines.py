@@ -55,6 +55,13 @@ def test_the_point_mass_plan_is_tracked_without_contact_and_every_solve_converge
     assert frame["controller.plan.x[1]"].sub(frame["plant.state.x"]).between(2.0, 3.0).all()
 
 
+@pytest.mark.parametrize("dt", [0.1, 0.45, 0.55])
+def test_the_solves_converge_at_prediction_steps_much_longer_than_a_sample(dt):
+    _, found = run("static-two-level-mp", f"controller.dt={dt}", "controller.q_delta=1.0")
+    assert found["solver_fallbacks"] == found["solver_limits"] == 0
+    assert found["delta_f_rate_rms"] < (0.3 if dt > 0.4 else 2.0)  # one bad solve shows as a jerk
+
+
 @pytest.mark.parametrize("name", ["static-lqr", "static-pure-pursuit"])
 def test_in_their_own_setting_they_stay_on_the_road(name):
     _, found = run(name)
