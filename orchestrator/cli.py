@@ -134,6 +134,22 @@ def build(
     out.print(f"{len(files)} FMUs in {target}/")
 
 
+@app.command()
+def reproduce(
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="Folder of the report; the next free runs/reproduce-N if not given.")
+    ] = None,
+) -> None:
+    """Run every experiment of the paper, and say which of its claims hold."""
+    with _working() as progress:
+        from orchestrator.reproduction.reproduce import reproduce as run_all  # noqa: PLC0415
+
+        made = run_all(folder, progress)
+    for verdict in made.verdicts:
+        out.print(f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}")
+    out.print(f"{made.folder}/  report.html  report.md  report.json  runs/  figures/")
+
+
 @app.command("list")
 def list_() -> None:
     """Show all scenarios and blocks."""

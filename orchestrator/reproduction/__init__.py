@@ -1,0 +1,1 @@
+"""All experiments of the paper, run and judged by one command."""

@@ -1,0 +1,225 @@
+"""The claims of the paper, each decided by a pure function of metrics; see RESOLUTIONS for what each is measured by.
+
+What counts as accurate, as an oscillation, as the same trajectory is said here, in the constants, before any run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Final
+
+from orchestrator.reproduction import matched
+from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
+from orchestrator.reproduction.experiments import Role
+from orchestrator.reproduction.verdict import Case, Verdict
+
+ACCURATE_RMS: Final = 0.25
+"""[m] rms path error that counts as accurate: the most that is asked of `mpc_plus`"""
+
+ACCURATE_MAX: Final = 0.85
+"""[m] largest path error that counts as accurate: a 1.8 m car stays inside its 3.5 m lane"""
+
+SAME: Final = 0.01
+"""[m] trajectories that differ less are the same"""
+
+STATIC: Final = "static"
+FAULT: Final = "a run ended in a fault"
+
+
+def decide(evidence: Evidence) -> list[Verdict]:
+    """The verdicts on C1 to C8."""
+    return [claim(evidence) for claim in CLAIMS.values()]
+
+
+def c1(evidence: Evidence) -> Verdict:
+    """Smoothness at matched accuracy."""
+    cases: list[Case] = []
+    for mp in _static(evidence, Role.MP):
+        for curve in evidence.curves_for(mp):
+            factors = {"setting": mp.label, "against": curve.label, "tyre": mp.tyre}
+            if not mp.finished:
+                cases.append(Case(factors, holds=False, numbers={}, runs=(mp.name,), note=FAULT))
+                continue
+            found = matched.compare(mp.metrics, curve)
+            numbers = _numbers(mp, "path_error_rms", *matched.SMOOTHNESS)
+            numbers |= {f"{name} of {curve.label}": value for name, value in found.at.items()}
+            cases.append(Case(factors, found.smoother, numbers, (mp.name, *found.runs), found.how))
+    return Verdict(
+        "C1",
+        "MP gives a smooth and flexible path compared with the two-level method",
+        "total variation of r and rms r_dot both below the two-level method's at the same rms path error, on the curve "
+        "of its gains",
+        tuple(cases),
+    )
+
+
+def c2(evidence: Evidence) -> Verdict:
+    """Accuracy of both methods."""
+    cases = [
+        Case(
+            {"method": r.label, "tyre": r.tyre},
+            r.finished and r.metrics["path_error_rms"] <= ACCURATE_RMS and r.metrics["path_error_max"] <= ACCURATE_MAX,
+            _numbers(r, "path_error_rms", "path_error_max"),
+            (r.name,),
+        )
+        for role in (Role.MP, Role.TWO_LEVEL)
+        for r in _static(evidence, role)
+    ]
+    return Verdict(
+        "C2",
+        "both methods follow the Dubins path accurately",
+        f"path error at most {ACCURATE_RMS:g} m rms and {ACCURATE_MAX:g} m (the car stays in its lane) at any time",
+        tuple(cases),
+    )
+
+
+def c3(evidence: Evidence) -> Verdict:
+    """Smoothness of the path as driven."""
+    return Verdict(
+        "C3",
+        "MP gives the smoother lane change path",
+        "rms r_dot and rms steering rate both below the two-level method's, each controller at its own parameters",
+        tuple(_lower(evidence, "r_dot_rms", "delta_f_rate_rms")),
+    )
+
+
+def c4(evidence: Evidence) -> Verdict:
+    """Yaw."""
+    return Verdict(
+        "C4",
+        "more stable yaw rate, less change of yaw angle",
+        "peak and rms of r and rms r_dot all below the two-level method's, each controller at its own parameters",
+        tuple(_lower(evidence, "r_peak", "r_rms", "r_dot_rms")),
+    )
+
+
+def c5(evidence: Evidence) -> Verdict:
+    """Oscillation of the two-level method."""
+
+    def oscillates(mp: Mapping[str, float], other: Mapping[str, float]) -> bool:
+        more = all(other[n] > mp[n] for n in ("r_total_variation", "r_dot_peak"))
+        return more and other["r_sign_changes"] >= mp["r_sign_changes"]
+
+    names = ("r_total_variation", "r_sign_changes", "r_dot_peak")
+    return Verdict(
+        "C5",
+        "the two-level yaw rate oscillates abruptly",
+        "its total variation of r and peak r_dot above the MP method's, and no fewer changes of sign of r",
+        tuple(_pairs(evidence, names, oscillates)),
+    )
+
+
+def c6(evidence: Evidence) -> Verdict:
+    """Moving obstacles."""
+    cases: list[Case] = []
+    for mp in (r for r in evidence.of(Role.MP) if r.task != STATIC):
+        for other in evidence.of(Role.TWO_LEVEL, mp):
+            factors = {"task": mp.task, "setting": mp.label, "against": other.label, "tyre": mp.tyre}
+            runs = (mp.name, other.name)
+            if not (mp.finished and other.finished):
+                cases.append(Case(factors, None if mp.finished else False, {}, runs, FAULT))
+                continue
+            m = mp.metrics
+            clear = m["gap_obstacle"] > 0 and m["gap_edge"] >= 0 and m.get("corridor_violations", 0) == 0
+            smooth = m["r_total_variation"] < other.metrics["r_total_variation"]
+            numbers = _numbers(mp, "gap_obstacle", "gap_edge", "corridor_violations", "r_total_variation")
+            numbers |= _numbers(other, "r_total_variation", of=other.label)
+            note = "" if clear and smooth else "clear, but not smoother" if clear else "not clear"
+            cases.append(Case(factors, clear and smooth, numbers, runs, note))
+    return Verdict(
+        "C6",
+        "avoids moving obstacles, smoothly",
+        "least gap to any obstacle above 0, inside the road, no corridor violation, and total variation of r below the "
+        "two-level method's",
+        tuple(cases),
+    )
+
+
+def c7(evidence: Evidence) -> Verdict:
+    """The algorithms."""
+    times = {t.controller: t for t in evidence.timings if t.way == IN_PROCESS}
+    names = {r.name: r for r in evidence.results}
+    cases: list[Case] = []
+    if (mp := names.get(evidence.reference)) is not None:
+        for other in evidence.of(Role.ALGORITHM, mp):
+            own, its = times[mp.controller], times[other.controller]
+            distance, failures = evidence.distances[other.name], _failures(mp)
+            numbers = {"distance": distance, "failures": failures, f"failures of {other.label}": _failures(other)}
+            numbers |= {"p50_us": own.p50_us, f"p50_us of {other.label}": its.p50_us}
+            holds = distance <= SAME and failures <= _failures(other) and own.p50_us <= its.p50_us
+            cases.append(Case({"against": other.label}, holds, numbers, (mp.name, other.name)))
+    notes = [
+        f"{names[r.name].label}: {evidence.distances[r.name]:.3g} m from the active set's trajectory at most, speed "
+        f"down to {r.metrics['v_x_min']:.2f} m/s. Curves that differ can be an early end of the iteration."
+        for r in evidence.of(Role.LOOSE)
+    ]
+    return Verdict(
+        "C7",
+        "three algorithms, active set chosen",
+        f"active set: the same trajectory within {SAME:g} m, no more failed solves, and no more time per sample than "
+        "the other algorithm (both in this process)",
+        tuple(cases),
+        tuple(notes),
+    )
+
+
+def c8(evidence: Evidence) -> Verdict:
+    """Time of the integrated structure."""
+    native = {t.controller: t for t in evidence.timings if t.way == AS_FMU}
+    own = native.get("mpc")
+    labels = {r.controller: r.label for r in evidence.of(Role.TWO_LEVEL)}
+    cases = [_faster(own, native[c], label) for c, label in labels.items() if own is not None and c in native]
+    return Verdict(
+        "C8",
+        "the integrated structure is computationally efficient",
+        "time per sample (p50, FMU) not above the two-level method's",
+        tuple(cases),
+    )
+
+
+CLAIMS: Final[Mapping[str, Callable[[Evidence], Verdict]]] = {
+    "C1": c1,
+    "C2": c2,
+    "C3": c3,
+    "C4": c4,
+    "C5": c5,
+    "C6": c6,
+    "C7": c7,
+    "C8": c8,
+}
+
+
+def _faster(own: Timing, other: Timing, label: str) -> Case:
+    numbers = {"p50_us": own.p50_us, f"p50_us of {label}": other.p50_us}
+    return Case({"against": label}, own.p50_us <= other.p50_us, numbers, ())
+
+
+def _static(evidence: Evidence, role: Role) -> Iterable[Result]:
+    return (r for r in evidence.of(role) if r.task == STATIC)
+
+
+def _lower(evidence: Evidence, *names: str) -> Iterator[Case]:
+    return _pairs(evidence, names, lambda mp, other: all(mp[n] < other[n] for n in names))
+
+
+def _pairs(
+    evidence: Evidence, names: Iterable[str], holds: Callable[[Mapping[str, float], Mapping[str, float]], bool]
+) -> Iterator[Case]:
+    """Every MP run against every two-level run of the same task on the same plant."""
+    listed = tuple(names)
+    for mp in _static(evidence, Role.MP):
+        for other in evidence.of(Role.TWO_LEVEL, mp):
+            numbers = _numbers(mp, *listed) | _numbers(other, *listed, of=other.label)
+            factors = {"setting": mp.label, "against": other.label, "tyre": mp.tyre}
+            said = (
+                holds(mp.metrics, other.metrics) if mp.finished and other.finished else (None if mp.finished else False)
+            )
+            yield Case(factors, said, numbers, (mp.name, other.name))
+
+
+def _numbers(result: Result, *names: str, of: str = "") -> dict[str, float]:
+    return {f"{n} of {of}" if of else n: result.metrics[n] for n in names if n in result.metrics}
+
+
+def _failures(result: Result) -> float:
+    return result.metrics.get("solver_fallbacks", 0.0) + result.metrics.get("solver_limits", 0.0)

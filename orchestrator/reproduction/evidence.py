@@ -1,0 +1,127 @@
+"""What claims are decided by: metrics of runs, curves of gains, distances of trajectories, times per sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from orchestrator.reproduction.experiments import Experiments, Role, Run
+from orchestrator.reproduction.runs import Outcome
+
+SWING: Final = 0.05
+"""[rad/s] A swing of the yaw rate: a tenth of the 0.49 rad/s that the path itself asks for, R = v^2/(mu g)."""
+
+IN_PROCESS: Final = "in this process"
+AS_FMU: Final = "FMU"
+"""How a controller runs while it is timed."""
+
+TYRES: Final = {"bicycle": "linear", "bicycle_saturated": "saturating"}
+"""How a plant is called in conditions."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """The metrics of one run, and what it stands for."""
+
+    name: str
+    task: str
+    plant: str
+    controller: str
+    role: Role
+    label: str
+    metrics: Mapping[str, float]
+    finished: bool = True
+
+    @property
+    def tyre(self) -> str:
+        """The plant as it is called in conditions."""
+        return TYRES.get(self.plant, self.plant)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The results of a sweep, in the order of its values."""
+
+    name: str
+    task: str
+    plant: str
+    label: str
+    points: tuple[Result, ...]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Wall time of one sample of a controller, path planning included."""
+
+    controller: str
+    way: str
+    p50_us: float
+    p99_us: float
+    ratio_p50: float
+    ratio_p99: float
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All that claims may look at."""
+
+    results: tuple[Result, ...]
+    curves: tuple[Curve, ...] = ()
+    distances: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Largest distance [m] of an algorithm's trajectory from that of the run it solves the same problem as, by run"""
+    timings: tuple[Timing, ...] = ()
+    reference: str = ""
+    """The run that the algorithms are compared on"""
+
+    def of(self, role: Role, like: Result | None = None) -> list[Result]:
+        """The results of a role, of the same task and plant as another result."""
+        return [
+            r for r in self.results if r.role is role and (like is None or (r.task, r.plant) == (like.task, like.plant))
+        ]
+
+    def curves_for(self, result: Result) -> list[Curve]:
+        """The curves of the same task and plant."""
+        return [c for c in self.curves if (c.task, c.plant) == (result.task, result.plant)]
+
+
+def result(run: Run, metrics: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
+    """The metrics of a run, with those that only claims need."""
+    more = {"r_sign_changes": float(sign_changes(frame["plant.state.r"].to_numpy(float)))}
+    return Result(
+        run.name, run.task, run.plant, run.controller, run.role, run.label, {**metrics, **more}, finished=finished
+    )
+
+
+def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: Sequence[Timing]) -> Evidence:
+    """The evidence in the run folders."""
+    frames = {name: pd.read_parquet(o.folder / "signals.parquet") for name, o in outcomes.items()}
+    found: dict[str, Result] = {}
+    for name, outcome in outcomes.items():
+        told = outcome.summary
+        found[name] = result(outcome.run, told["metrics"], frames[name], finished=told["status"] == "finished")
+    curves = tuple(
+        Curve(s.name, s.task, s.plant, s.label, tuple(found[run.name] for run in s.runs())) for s in experiments.sweeps
+    )
+    distances: dict[str, float] = {}
+    reference = experiments.timing.states if experiments.timing is not None else ""
+    if reference:
+        alike = [run for run in experiments.runs if run.role in {Role.ALGORITHM, Role.LOOSE}]
+        distances = {run.name: trajectory_distance(frames[reference], frames[run.name]) for run in alike}
+    return Evidence(tuple(found[run.name] for run in experiments.runs), curves, distances, tuple(timings), reference)
+
+
+def sign_changes(r: np.ndarray[tuple[int], np.dtype[np.float64]]) -> int:
+    """How often the yaw rate swings to the other side, by `SWING` at least."""
+    swings = np.sign(r[np.abs(r) > SWING])
+    return int((swings[1:] != swings[:-1]).sum())
+
+
+def trajectory_distance(a: pd.DataFrame, b: pd.DataFrame) -> float:
+    """Largest distance [m] between two vehicles at the same instant."""
+    n = min(len(a), len(b))
+    dx, dy = (a[f"plant.state.{s}"].to_numpy(float)[:n] - b[f"plant.state.{s}"].to_numpy(float)[:n] for s in "xy")
+    return float(np.hypot(dx, dy).max())

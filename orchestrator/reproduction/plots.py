@@ -1,0 +1,220 @@
+"""The result figures of the paper, drawn from run folders; road, obstacles and vehicles to scale as in a run's figures.
+
+Trajectory and yaw rate for three comparisons: different algorithms, static and moving obstacles.
+"""
+# pyright: basic
+# matplotlib carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from orchestrator import pictures, ssp_reader
+from orchestrator.figures import (
+    _DPI,
+    _MOST_STRETCHES,
+    _STILL,
+    _STRETCH,
+    _WIDTH,
+    _finished,
+    _road,
+    _sheet,
+    _traffic,
+    _vehicle,
+)
+from orchestrator.path_geometry import path_lines
+from orchestrator.pictures import Cast, Columns
+from orchestrator.reproduction import matched
+from orchestrator.reproduction.evidence import Evidence, Result
+from orchestrator.reproduction.experiments import Kind, Picture
+from orchestrator.reproduction.runs import Outcome
+from orchestrator.scene import Scene
+
+_LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
+    "MP tuned": ("#1f6fd1", "-", "o"),
+    "MP literal": ("#8a5cc9", (0, (6, 2)), "*"),
+    "LQR": ("#d1602a", (0, (2, 1.5)), "."),
+    "two-level MP": ("#d1602a", (0, (2, 1.5)), "."),
+    "Stanley": ("#b8a01c", "-.", "."),
+    "pure pursuit": ("#c2417f", (0, (8, 2, 1, 2)), "."),
+    "mpc-plus": ("#2c9c69", (0, (4, 1)), "^"),
+}
+"""Colour, dashes and marker of what is drawn more than once, the same in all figures."""
+_SMOOTHNESS_TITLES: Final = ("total variation of r [rad/s]", "rms yaw acceleration [rad/s2]")
+_OTHERS: Final[Sequence[tuple[str, Any, str]]] = (
+    ("#2c9c69", (0, (6, 2)), "s"),
+    ("#8a5cc9", (0, (1, 1.5)), "D"),
+    ("0.25", "-.", "v"),
+)
+
+
+@dataclass(frozen=True)
+class Track:
+    """What a run leaves to be drawn."""
+
+    label: str
+    columns: Columns
+    who: Cast
+    scene: Scene
+
+    @classmethod
+    def of(cls, outcome: Outcome) -> Track | None:
+        """The track of a run; none where there is no scene."""
+        made = ssp_reader.read(outcome.folder / "system.ssp")
+        frame = pd.read_parquet(outcome.folder / "signals.parquet")
+        if made.scene is None or frame.empty:
+            return None
+        columns = Columns(frame, pictures.signals(made.system))
+        return cls(outcome.run.label, columns, pictures.cast(made.system), made.scene)
+
+    @property
+    def x(self) -> Any:
+        """Position along the road."""
+        return self.columns.of(f"{self.who.plant}.state.x")
+
+    @property
+    def y(self) -> Any:
+        """Position across the road."""
+        return self.columns.of(f"{self.who.plant}.state.y")
+
+    @property
+    def r(self) -> Any:
+        """Yaw rate."""
+        return self.columns.of(f"{self.who.plant}.state.r")
+
+
+def draw(picture: Picture, outcomes: Mapping[str, Outcome], evidence: Evidence, path: Path) -> bool:
+    """Draw a figure of the report; tells whether there was anything to draw."""
+    tracks = [track for name in picture.runs if (track := Track.of(outcomes[name])) is not None]
+    if picture.kind is Kind.SMOOTHNESS:
+        figure = _smoothness([r for r in evidence.results if r.name in picture.runs], evidence)
+    else:
+        figure = {Kind.TRAJECTORY: _trajectories, Kind.YAW_RATE: _yaw_rates, Kind.DISTANCE: _distances}[picture.kind](
+            tracks
+        )
+    if figure is None:
+        return False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)
+    return True
+
+
+def _looks(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
+    """How each of these is drawn."""
+    others = iter(_OTHERS * len(labels))
+    return [_LOOKS[label] if label in _LOOKS else next(others) for label in labels]
+
+
+def _trajectories(tracks: Sequence[Track]) -> Figure | None:
+    """The road from above, to scale, in stretches one below the other, with what several controllers drove.
+
+    The boxes are those of the first, once a second.
+    """
+    if not tracks:
+        return None
+    first = tracks[0]
+    low, high = _extent(tracks)
+    rows = int(np.clip(np.ceil((high - low) / _STRETCH), 1, _MOST_STRETCHES))
+    bottom, top = first.scene.y_right - 1, first.scene.y_left + 1
+    span = (high - low) / rows
+    figure, panels = _sheet(rows * (_WIDTH * 0.9 * (top - bottom) / span + 0.35) + 1.0, rows, gap=0.3)
+    state = first.columns.bus(first.who.plant, "state", "x", "y", "psi")
+    for i, axes in enumerate(panels):
+        stretch = (low + i * span, low + (i + 1) * span)
+        _road(axes, first.scene, *stretch)
+        _traffic(axes, first.columns, first.who, first.scene)
+        if state is not None:
+            _vehicle(axes, first.columns, state, first.scene)
+        _desired(axes, first)
+        for track, (colour, dashes, _) in zip(tracks, _looks([t.label for t in tracks]), strict=True):
+            axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
+        axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
+        axes.tick_params(labelsize=8)
+    panels[-1].set_xlabel("x [m]")
+    _legend(figure, panels[-1])
+    return figure
+
+
+def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
+    """Where along the road there is something to see: all vehicles, whole."""
+    reach = tracks[0].scene.ego_length
+    places = [values for track in tracks for values in (track.x.min(), track.x.max())]
+    found = pictures.obstacles(tracks[0].columns, tracks[0].who)
+    if found is not None and len(found[0].x):
+        places += [found[0].x.min(), found[0].x.max()]
+    return float(min(places)) - reach, float(max(places)) + reach
+
+
+def _desired(axes: Any, track: Track) -> None:
+    """The path once the lane change has been planned, where the waypoints reach furthest to the left."""
+    path = track.columns.bus(track.who.controller, "path", "x", "y")
+    if path is None:
+        return
+    row = int(np.argmax(path[1].max(axis=1) - path[1].min(axis=1) > _STILL))
+    line = path_lines(path[0][row : row + 1], path[1][row : row + 1])[0]
+    axes.plot(*line.T, color="0.35", linewidth=1, linestyle="--", label="desired path", zorder=3)
+
+
+def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:
+    """The yaw rates of several controllers over time."""
+    if not tracks:
+        return None
+    figure, panels = _sheet(2.9, 1)
+    for track, (colour, dashes, _) in zip(tracks, _looks([t.label for t in tracks]), strict=True):
+        time = track.columns.time
+        panels[0].plot(time, track.r, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
+    panels[0].set_ylabel("yaw rate r [rad/s]", fontsize=9)
+    _legend(figure, panels[0])
+    return _finished(figure, panels)
+
+
+def _distances(tracks: Sequence[Track]) -> Figure | None:
+    """How far several trajectories are from the first, at the same instant, on a logarithmic axis."""
+    if len(tracks) < 2:  # noqa: PLR2004 - nothing to compare
+        return None
+    figure, panels = _sheet(2.6, 1)
+    first = tracks[0]
+    for track, (colour, dashes, _) in list(zip(tracks, _looks([t.label for t in tracks]), strict=True))[1:]:
+        k = min(len(first.x), len(track.x))
+        distance = np.hypot(track.x[:k] - first.x[:k], track.y[:k] - first.y[:k])
+        shown, time = np.where(distance > 0, distance, np.nan), first.columns.time[:k]
+        panels[0].semilogy(time, shown, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
+    panels[0].set_ylabel("distance [m]", fontsize=9)
+    _legend(figure, panels[0])
+    return _finished(figure, panels)
+
+
+def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
+    """The curve of each tracker's gains, and where other controllers are; down and to the left is better."""
+    curves = evidence.curves_for(single[0]) if single else []
+    if not curves:
+        return None
+    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for axes, name, title in zip(panels, matched.SMOOTHNESS, _SMOOTHNESS_TITLES, strict=True):
+        for curve, (colour, _, marker) in zip(curves, _looks([c.label for c in curves]), strict=True):
+            error, value = ([p.metrics[m] for p in curve.points] for m in (matched.ACCURACY, name))
+            axes.plot(error, value, "-", color=colour, marker=marker, linewidth=1.2, label=f"{curve.label}, gains")
+        for result, (colour, _, marker) in zip(single, _looks([r.label for r in single]), strict=True):
+            at = [result.metrics[matched.ACCURACY]], [result.metrics[name]]
+            axes.plot(*at, marker, color=colour, markersize=9, label=result.label, zorder=5)
+        axes.set(xlabel="rms path error [m]", xlim=(0, None), ylim=(0, None))
+        axes.set_ylabel(title, fontsize=9)
+        axes.margins(0.08)
+        axes.grid(visible=True, color="0.88", linewidth=0.6)
+        axes.tick_params(labelsize=8)
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
+    return figure
+
+
+def _legend(figure: Figure, axes: Any) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", ncols=5, fontsize=7, frameon=False, borderaxespad=0.2)

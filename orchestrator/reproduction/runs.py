@@ -1,0 +1,118 @@
+"""The runs of the reproduction, each with a run folder of its own, on all cores."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from typing_extensions import override
+
+from components import BLOCKS
+from fmus.version import Version
+from orchestrator import run as runner
+from orchestrator import scenario
+from orchestrator.drawing import FigureProcess, draw_folder
+from orchestrator.recorder import SUMMARY
+from orchestrator.reproduction.experiments import Experiments, Role, Run
+from orchestrator.scenario import Options
+
+MODE: Final = Version.FMI3
+"""How native blocks run; the others run in the process of the run."""
+
+_MOST_PROCESSES: Final = 8
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run and what is told of it in its folder."""
+
+    run: Run
+    folder: Path
+    remarks: tuple[str, ...]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What stands in the folder's `summary.json`."""
+        return json.loads((self.folder / SUMMARY).read_text("utf-8"))
+
+
+class _Drawn(FigureProcess):
+    """Figures drawn in this process, which is one of several; none where nobody would look at them."""
+
+    def __init__(self, *, wanted: bool) -> None:
+        self._wanted = wanted
+
+    @override
+    def start(self, folder: Path) -> None:
+        self._folder = folder
+
+    @override
+    def wait(self) -> str:
+        if self._wanted:
+            draw_folder(self._folder)
+        return ""
+
+
+def options(run: Run) -> Options:
+    """What `macrostep run` would be told."""
+    return Options(
+        mode=MODE, replacements={"plant": run.plant, "controller": run.controller}, settings=list(run.settings)
+    )
+
+
+def command(run: Run) -> str:
+    """The command that does the same run."""
+    settings = "".join(f" --set {setting}" for setting in run.settings)
+    return f"macrostep run {run.scenario} --plant {run.plant} --controller {run.controller}{settings}"
+
+
+def processes() -> ProcessPoolExecutor:
+    """A process for each core, started afresh: a forked one would share locks with this one's threads."""
+    count = min(os.cpu_count() or 1, _MOST_PROCESSES)
+    return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+
+
+def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
+    """Build every FMU that is needed, before several processes ask for the same one."""
+    names = {name for run in experiments.runs for name in (run.plant, run.controller)}
+    names |= {name for sweep in experiments.sweeps for name in (sweep.plant, sweep.controller)}
+    for run in experiments.all_runs():
+        content = scenario.read(run.scenario)[1]
+        names |= {content.traffic.block} if content.traffic.block else set()
+    if experiments.timing is not None:
+        names |= set(experiments.timing.controllers)
+    build_blocks(names, progress)
+
+
+def build_blocks(names: set[str], progress: Callable[[str], None]) -> None:
+    """Build the FMUs of those of these blocks that are native."""
+    native = [BLOCKS[name] for name in sorted(names) if BLOCKS[name].native]
+    scenario.ensure_built(native, [MODE], scenario.built_folder(), progress)
+
+
+def execute(run: Run, folder: Path) -> Outcome:
+    """One run with its folder; those of a sweep without figures."""
+    made = scenario.prepare(run.scenario, options(run))
+    drawing = _Drawn(wanted=run.role is not Role.SWEEP)
+    runner.execute(made, folder, lambda _: None, drawing)
+    return Outcome(run, folder, made.remarks)
+
+
+def execute_all(
+    runs: Sequence[Run], folder: Path, pool: ProcessPoolExecutor, progress: Callable[[str], None]
+) -> dict[str, Outcome]:
+    """All runs, in `folder/NAME`; slow ones first, so that no core waits for the last."""
+    order = sorted(runs, key=lambda run: BLOCKS[run.controller].native)
+    futures = [pool.submit(execute, run, folder / run.name) for run in order]
+    found: dict[str, Outcome] = {}
+    for future in as_completed(futures):
+        outcome = future.result()
+        found[outcome.run.name] = outcome
+        progress(f"run {len(found)} of {len(runs)}: {outcome.run.name}")
+    return {run.name: found[run.name] for run in runs}
