@@ -93,31 +93,16 @@ def _size(kind: type) -> int:
 
 @cache
 def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
-    move, quadratic, sweep = _move(stages), _quadratic(stages), _sweep(stages)
+    """One iteration, and the trajectory of given inputs; loops over the stages, so that the C stays small."""
     n_x, n_u = _size(stages.state), _size(stages.input)
     p = ca.MX.sym("p", _size(stages.constants))
     data = ca.MX.sym("data", _size(stages.stage), N + 1)
     x_0, u, x = ca.MX.sym("x_0", n_x), ca.MX.sym("u", n_u, N), ca.MX.sym("x", n_x, N + 1)
     k, K, alpha = ca.MX.sym("k", n_u, N), ca.MX.sym("K", n_u, n_x * N), ca.MX.sym("alpha")
+    corrected = _corrected(stages, N, (p, data, x_0, u, x, k, K, alpha))
 
-    now, cost = x_0, 0
-    inputs, states = [], [x_0]
-    for i in range(N):
-        gain = K[:, n_x * i : n_x * (i + 1)]
-        now, applied, part = move(p, data[:, i], now, u[:, i], x[:, i], k[:, i], gain, alpha)
-        cost, inputs, states = cost + part, [*inputs, applied], [*states, now]
-    _, _, part = move(p, data[:, N], now, 0, now, 0, ca.MX(n_u, n_x), 0)
-    names = ca.horzcat(*inputs), ca.horzcat(*states), cost + part
-    corrected = ca.Function("corrected", [p, data, x_0, u, x, k, K, alpha], list(names))
-
-    V_x, V_xx = quadratic(p, data[:, N], x[:, N], ca.MX(n_u, 1))[:2]
     damping, cost_before = ca.MX.sym("damping"), ca.MX.sym("cost")
-    gains, feedback = [], []
-    for i in reversed(range(N)):
-        parts = quadratic(p, data[:, i], x[:, i], u[:, i])
-        V_x, V_xx, k_i, K_i = sweep(p, u[:, i], *parts, V_x, V_xx, damping)
-        gains, feedback = [k_i, *gains], [K_i, *feedback]
-    k_all, K_all = ca.horzcat(*gains), ca.horzcat(*feedback)
+    k_all, K_all = _gains(stages, N, p, data, u, x, damping)
     best = u, x, cost_before, ca.MX(0)
     for length in reversed(STEP_LENGTHS):
         trial = corrected(p, data, x_0, u, x, k_all, K_all, length)
@@ -129,6 +114,38 @@ def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
 
     zero = corrected(p, data, x_0, u, ca.MX(n_x, N + 1), ca.MX(n_u, N), ca.MX(n_u, n_x * N), 0)
     return iterate, ca.Function("roll", [p, data, x_0, u], list(zero[1:]))
+
+
+def _corrected(stages: Stages, N: int, arguments: Any) -> ca.Function:
+    """A trajectory with corrected inputs: inputs, states and cost."""
+    p, data, x_0, u, x, k, K, alpha = arguments
+    move = _move(stages)
+    repeated = ca.repmat(p, 1, N), data[:, :N], u, x[:, :N], k, K, ca.repmat(alpha, 1, N)
+    states, applied, costs = move.mapaccum("moves", N)(x_0, *repeated)
+    n_x, n_u = _size(stages.state), _size(stages.input)
+    end = states[:, N - 1]
+    _, _, last = move(end, p, data[:, N], ca.MX(n_u, 1), end, ca.MX(n_u, 1), ca.MX(n_u, n_x), 0)
+    return ca.Function("corrected", list(arguments), [applied, ca.horzcat(x_0, states), ca.sum2(costs) + last])
+
+
+def _gains(  # noqa: PLR0913 - everything the sweep needs
+    stages: Stages, N: int, p: Any, data: Any, u: Any, x: Any, damping: Any
+) -> tuple[Any, Any]:
+    """The corrections k (n_u, N) and K (n_u, n_x N) of the backward sweep."""
+    n_x, n_u = _size(stages.state), _size(stages.input)
+    quadratic = _quadratic(stages)
+    inputs = ca.horzcat(u, ca.MX(n_u, 1))
+    parts = quadratic.map(N + 1)(ca.repmat(p, 1, N + 1), data, x, inputs)
+    V_x, V_xx = parts[0][:, -1], parts[1][:, n_x * N :]
+    backwards = [_reversed(part, N, part.shape[1] // (N + 1)) for part in parts]
+    sweep = _sweep(stages).mapaccum("sweeps", N, 2)
+    swept = sweep(V_x, V_xx, ca.repmat(p, 1, N), _reversed(u, N, 1), *backwards, ca.repmat(damping, 1, N))
+    return _reversed(swept[2], N, 1), _reversed(swept[3], N, n_x)
+
+
+def _reversed(matrix: Any, N: int, width: int) -> Any:
+    """The first N blocks of `width` columns, last first."""
+    return ca.horzcat(*reversed(ca.horzsplit(matrix[:, : N * width], width)))
 
 
 def _records(stages: Stages) -> tuple[Any, ...]:
@@ -146,7 +163,7 @@ def _move(stages: Stages) -> ca.Function:
     control = unpack(stages.input, applied)
     r = ca.vertcat(*stages.residual(constants, stage, state, control))
     after = column_of(stages.step(constants, state, control))
-    return ca.Function("move", [p, data, x, u, x_old, k, K, alpha], [after, applied, ca.sumsqr(r)])
+    return ca.Function("move", [x, p, data, u, x_old, k, K, alpha], [after, applied, ca.sumsqr(r)])
 
 
 def _quadratic(stages: Stages) -> ca.Function:
@@ -164,7 +181,7 @@ def _quadratic(stages: Stages) -> ca.Function:
         ca.jacobian(after, x),
         ca.jacobian(after, u),
     ]
-    return ca.Function("quadratic", [p, data, x, u], [ca.densify(part) for part in parts])
+    return ca.Function("quadratic", [p, data, x, u], ca.cse([ca.densify(part) for part in parts]))
 
 
 def _sweep(stages: Stages) -> ca.Function:
@@ -194,7 +211,7 @@ def _sweep(stages: Stages) -> ca.Function:
     after_x = Q_x + K.T @ Q_uu @ k + K.T @ Q_u + Q_ux.T @ k
     after_xx = Q_xx + K.T @ Q_uu @ K + K.T @ Q_ux + Q_ux.T @ K
     after_xx = (after_xx + after_xx.T) / 2
-    inputs = [p, u, l_x, l_xx, l_u, l_uu, l_ux, A, B, V_x, V_xx, damping]
+    inputs = [V_x, V_xx, p, u, l_x, l_xx, l_u, l_uu, l_ux, A, B, damping]
     return ca.Function("sweep", inputs, [after_x, after_xx, k, K])
 
 

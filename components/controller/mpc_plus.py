@@ -11,7 +11,22 @@ from components.controller.reference import Guidance, Reference
 from components.interfaces.block import Sampled, block
 from components.interfaces.buses import SLOTS, Actuation, ObstacleList, Plan, Solver, SolverStatus, Waypoints
 from components.interfaces.frames import to_road
-from components.interfaces.maths import Array, absolute, both, clip, cos, fmax, joined, sin, sqrt, tanh, vector, where
+from components.interfaces.maths import (
+    Array,
+    absolute,
+    both,
+    clip,
+    cos,
+    fmax,
+    fmin,
+    joined,
+    sign,
+    sin,
+    sqrt,
+    tanh,
+    vector,
+    where,
+)
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.runge_kutta import runge_kutta
@@ -241,6 +256,11 @@ class MpcPlus(Guidance, PlusConstants, Sampled[ControllerInputs, PlusMemory, Plu
         R = dubins.radius(self.v_ref, self.mu_share * self.mu, self.g)
         return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
 
+    def progress(self, v: float, v_d: float, t: float) -> float:
+        """The desired point speeds up or slows down with `a_follow`, as the vehicle can."""
+        change = fmin(absolute(v_d - v), self.a_follow * t)
+        return v * t + sign(v_d - v) * change * (t - change / (2 * fmax(self.a_follow, 1e-3)))
+
     def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:
         """The obstacles that a path at `y_d` passes beside, grown by the length of the ego vehicle."""
         apart = absolute(self.y_adjacent - self.y_lane) / 2
@@ -285,9 +305,16 @@ def _task(self: MpcPlus, x: PlusMemory, u: ControllerInputs) -> PlusTask:
     reference = self.reference(x.manoeuvre, u)
     horizon, ego = reference.horizon, u.ego
     stages: list[float] = []
+    v_d, v = reference.manoeuvre.v_d, ego.v_x
     for i in [0, *range(N_P)]:  # the first stage is the present, which cannot be changed
-        v_d = reference.manoeuvre.v_d
-        stages += [horizon.x_d[i], horizon.y_d[i], horizon.y_upper[i], horizon.y_lower[i], v_d]
+        reach = self.a_follow * self.dt * (i + 1)
+        stages += [
+            horizon.x_d[i],
+            horizon.y_d[i],
+            horizon.y_upper[i],
+            horizon.y_lower[i],
+            clip(v_d, v - reach, v + reach),
+        ]
     now = PlusState(x=ego.x, y=ego.y, psi=ego.psi, v_x=ego.v_x, v_y=ego.v_y, r=ego.r, delta_f=x.delta_f)
     return PlusTask(reference=reference, now=now, stages=vector(stages), guess=joined([x.u[2:], x.u[2 * N_P - 2 :]]))
 
@@ -307,8 +334,8 @@ def _followed(self: MpcPlus, x: PlusMemory, task: PlusTask, found: PlusFound) ->
     )
     horizon = task.reference.horizon
     plan = Plan(
-        x=vector([found.x[7 * (i + 1)] for i in range(N_P)]),
-        y=vector([found.x[7 * (i + 1) + 1] for i in range(N_P)]),
+        x=vector([where(finite, found.x[7 * (i + 1)], horizon.x_d[i]) for i in range(N_P)]),
+        y=vector([where(finite, found.x[7 * (i + 1) + 1], horizon.y_d[i]) for i in range(N_P)]),
         x_d=horizon.x_d,
         y_d=horizon.y_d,
         y_upper=horizon.y_upper,

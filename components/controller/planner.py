@@ -10,8 +10,9 @@ asks for it any more.
 A lane is free for a stretch of the road when no obstacle in it, going on at its present speed, comes closer than
 `l_clear` (centre to centre) while the ego drives that stretch at `v_ref`:
 
-* the change out begins only where the adjacent lane is free until the return is complete, and the own lane for the
-  return; until then the ego keeps its lane and adapts its speed to the obstacle ahead;
+* the change out begins only where the adjacent lane is free from the first third of the change out to the last third
+  of the return, and the own lane for the rest of the return; until then the ego keeps its lane and adapts its speed
+  to the obstacle ahead;
 * a change that has begun is finished (RESOLUTIONS 22);
 * the return begins only where the own lane is free; until then the ego stays beside, behind the obstacle ahead there.
 
@@ -34,6 +35,8 @@ KEEP, OUT, BESIDE, BACK = range(4)
 _FAR = 1e6
 _ANYWHERE = 1e12
 """[m] Every place is nearer, but no number that is none."""
+_KEPT = 0.8
+"""Share of `l_clear` that is enough to keep to a change that is planned, or to end one that has begun."""
 _SLOWEST_CLOSING = 0.1
 """[m/s] An obstacle that the ego gains on more slowly than this does not block it."""
 
@@ -99,9 +102,11 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
     x_out = fmax(ahead.x_1, earliest)
     x_11 = fmax(ahead.x_8, x_out + lanes.l_change) + lanes.l_change
+    third = lanes.l_change / 3  # of a change: so far it is beside nobody in the other lane
+    l_clear = where(pending, _KEPT * lanes.l_clear, lanes.l_clear)  # what is planned is not given up for a trifle
     possible = both(
-        _is_free(lanes, ego, obstacles, lanes.y_adjacent, x_out, x_11),
-        _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - lanes.l_change, x_11),
+        _is_free(lanes, ego, obstacles, lanes.y_adjacent, x_out + third, x_11 - third, l_clear),
+        _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - 2 * third, x_11, l_clear),
     )
     begins = both(both(keep, ahead.blocked), possible)
     located = absolute(ego.x) < _ANYWHERE
@@ -112,7 +117,7 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     changed = where(ahead.stays, fmax(ahead.x_8, x_7), fmax(before.x_8, x_7))
     x_8 = where(before.phase < BACK, changed, before.x_8)
     here = fmax(x_8, ego.x)
-    may_return = _is_free(lanes, ego, obstacles, lanes.y_lane, here, here + lanes.l_change)
+    may_return = _is_free(lanes, ego, obstacles, lanes.y_lane, here + third, here + 3 * third, _KEPT * lanes.l_clear)
     x_8 = where(both(before.phase == BESIDE, negate(may_return)), here, x_8)
     dropped = both(pending, negate(begins))  # what blocked the lane has gone before the change began
 
@@ -138,14 +143,14 @@ def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
 
 
 def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is there
-    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float
+    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float, l_clear: float
 ) -> bool:
     """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
     free: bool = lanes.v_ref > 0  # true, in the terms of the equations
     for i in range(SLOTS):
         v = obstacles.v[i] * cos(obstacles.psi[i])
         first, last = (obstacles.x[i] + v * (x - ego.x) / lanes.v_ref - x for x in (x_from, x_to))
-        apart = both(first * last > 0, fmin(absolute(first), absolute(last)) >= lanes.l_clear)
+        apart = both(first * last > 0, fmin(absolute(first), absolute(last)) >= l_clear)
         there = both(obstacles.valid[i], _in_lane(lanes, obstacles.y[i], y))
         free = both(free, either(negate(there), apart))
     return free

@@ -94,6 +94,10 @@ class Guidance(PathPlanning):
     y_right: float = quantity("m", "right edge of the road")
     l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
+    def progress(self, v: float, v_d: float, t: float) -> float:  # noqa: ARG002 - for others to take into account
+        """How far along the path the desired point is after `t` at speed `v` now, `v_d` desired."""
+        return v_d * t
+
     def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - for others to decide
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
         return obstacles
@@ -106,7 +110,8 @@ class Guidance(PathPlanning):
         manoeuvre = self.manoeuvre(before, u)
         path = self.path(manoeuvre, u.ego)
         s = path.project(u.ego.x, u.ego.y)
-        points = [path.point(s + manoeuvre.v_d * self.dt * (i + 1)) for i in range(self.N_p)]
+        ahead = [self.progress(u.ego.v_x, manoeuvre.v_d, self.dt * (i + 1)) for i in range(self.N_p)]
+        points = [path.point(s + distance) for distance in ahead]
         road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
         free = [
             corridor(road, self.beside(u.obstacles, y_d), x_d, self.dt * (i + 1)) for i, (x_d, y_d) in enumerate(points)

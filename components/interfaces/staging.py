@@ -32,7 +32,8 @@ def staged(function: Callable[..., Y], returns: type[Y], dimensions: dict[str, i
     if not any(isinstance(leaf, ca.MX) for leaf in flat):
         return function(*arguments)
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
-    body = ca.Function(function.__name__.strip("_"), list(columns), [column_of(function(*records))])
+    made = ca.cse(ca.SX(column_of(function(*records))))  # equations in loops repeat themselves
+    body = ca.Function(function.__name__.strip("_"), list(columns), [made])
     column: Any = body(*(pack(a) for a in arguments))
     return unpack(returns, column, dimensions)
 

@@ -207,12 +207,13 @@ def test_a_change_that_is_not_possible_slows_the_ego_down_to_stop_behind(drive, 
         assert m.v_d == pytest.approx(expected)
 
 
-def test_somebody_who_comes_from_behind_fast_enough_to_be_in_the_way_is_waited_for(drive):
+def test_somebody_who_comes_from_behind_fast_enough_to_be_in_the_way_is_waited_for(drive, lanes):
     fast = {"x": -20.0, "y": 3.5, "v": 16.0}
     found = sampled(drive, 5.0, {"x": 40.0, "y": 0.0}, fast)
     began = next(i for i, m in enumerate(found) if m.phase == OUT)
     t = began / V
-    assert -20.0 + 16.0 * t - V * t >= 8.0  # it has passed, and is clear
+    third = lanes.l_change / 3 / V
+    assert -20.0 + (16.0 - V) * (t + third) >= 8.0  # it has passed, and is clear when the ego is beside it
     alone = sampled(drive, 5.0, {"x": 40.0, "y": 0.0})
     assert began > next(i for i, m in enumerate(alone) if m.phase == OUT)
 
