@@ -32,6 +32,9 @@ _PIECES: Final = (
 _NEAR: Final = 0.05
 """[m] how far P2 may lie from the first arc"""
 
+_SAME: Final = 1e-6
+"""[m] Waypoints that are nearer to each other coincide, and have no direction between them."""
+
 _STEEPEST: Final = np.pi / 3
 """[rad] steepest chord of an arc"""
 
@@ -123,5 +126,7 @@ def _lines(x: Array, y: Array) -> Pieces:
 
 
 def _is_dubins(arcs: Pieces, x: Array, y: Array) -> NDArray[np.bool_]:
-    steepest = np.abs(np.arctan2(np.diff(y, axis=1), np.diff(x, axis=1))).max(axis=1)
+    dx, dy = np.diff(x, axis=1), np.diff(y, axis=1)
+    apart = np.hypot(dx, dy) > _SAME
+    steepest = np.where(apart, np.abs(np.arctan2(dy, dx)), 0.0).max(axis=1)
     return (np.abs(arcs.offsets(x[:, 2], y[:, 2])[:, 1]) < _NEAR) & (steepest < _STEEPEST)

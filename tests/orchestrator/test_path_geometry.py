@@ -60,3 +60,13 @@ def test_a_position_that_is_not_a_number_has_no_error() -> None:
     x, y = np.array([np.inf, 5.0, 5.0]), np.array([0.0, np.nan, 0.5])
     found = path_error(np.tile(path.waypoints.x, (3, 1)), np.tile(path.waypoints.y, (3, 1)), x, y)
     np.testing.assert_array_equal(found, [np.nan, np.nan, 0.5])
+
+
+def test_waypoints_that_coincide_but_for_rounding_do_not_hide_the_arcs():
+    x = np.array([[0.0, 33.04, 40.62, 40.62, 40.62, 44.44, 44.44, 52.02, 83.42, 91.0, 94.82, 102.4, 115, 129, 142]])
+    drop = 27.0 * (1 - np.cos(np.arcsin(7.58 / 27.0)))
+    y = np.array([[0.0, 0, drop, drop, drop, 3.5 - drop, 3.5 - drop, 3.5, 3.5, 3.5 - drop, drop, 0, 0, 0, 0]])
+    y[0, 3] += 4e-16  # what differs is the last bit
+    halfway = np.arcsin(7.58 / 27.0) / 2
+    on_arc = np.array([33.04 + 27 * np.sin(halfway)]), np.array([27 * (1 - np.cos(halfway))])
+    assert abs(path_error(x, y, *on_arc)[0]) < 0.01
