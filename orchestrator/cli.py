@@ -139,15 +139,37 @@ def reproduce(
     folder: Annotated[
         Path | None, typer.Option("--out", help="Folder of the report; the next free runs/reproduce-N if not given.")
     ] = None,
+    varied: Annotated[int, typer.Option(metavar="N", help="Also drive N variations of the scenarios.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="S", help="Which variations are drawn.")] = 1,
 ) -> None:
     """Run every experiment of the paper, and say which of its claims hold."""
     with _working() as progress:
-        from orchestrator.reproduction.reproduce import reproduce as run_all  # noqa: PLC0415
+        progress("getting ready")
+        from orchestrator.reproduction import experiments, variations  # noqa: PLC0415
+        from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
 
-        made = run_all(folder, progress)
+        wanted = experiments.load()
+        request = variations.request(varied, seed) if varied else None
+        target = reproduction.new_folder(folder)
+    driven = _drive(request) if request is not None else None
+    with _working() as progress:
+        made = reproduction.reproduce(wanted, target, progress, driven)
     for verdict in made.verdicts:
         out.print(f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}")
     out.print(f"{made.folder}/  report.html  report.md  report.json  runs/  figures/")
+
+
+def _drive(request: Any) -> Any:
+    """Drive the variations, with a bar that says how far."""
+    from rich.progress import Progress  # noqa: PLC0415
+
+    from orchestrator.reproduction import varied  # noqa: PLC0415
+
+    with _working() as progress:
+        varied.build(request, progress)
+    with Progress(console=err) as bar:
+        cases = bar.add_task("driving variations", total=len(request.cases))
+        return varied.run(request, lambda: bar.advance(cases))
 
 
 @app.command("list")

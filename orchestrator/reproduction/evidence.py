@@ -90,10 +90,13 @@ class Evidence:
 
 def result(run: Run, metrics: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
     """The metrics of a run, with those that only claims need."""
-    more = {"r_sign_changes": float(sign_changes(frame["plant.state.r"].to_numpy(float)))}
-    return Result(
-        run.name, run.task, run.plant, run.controller, run.role, run.label, {**metrics, **more}, finished=finished
-    )
+    found = {**metrics, **more_metrics(frame)}
+    return Result(run.name, run.task, run.plant, run.controller, run.role, run.label, found, finished=finished)
+
+
+def more_metrics(frame: pd.DataFrame) -> dict[str, float]:
+    """What claims need beyond the metrics of every run."""
+    return {"r_sign_changes": float(sign_changes(frame["plant.state.r"].to_numpy(float)))}
 
 
 def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: Sequence[Timing]) -> Evidence:

@@ -63,7 +63,7 @@ def _of(point: Result) -> dict[str, float]:
 
 def _least(points: Sequence[Result], name: str, error: float) -> tuple[float, tuple[str, ...]]:
     """The least value of the curve at a path error inside its range, and the points it lies between."""
-    found = [(p.metrics[name], (p.name,)) for p in points if _error(p) == error]
+    found: list[tuple[float, tuple[str, ...]]] = [(p.metrics[name], (p.name,)) for p in points if _error(p) == error]
     for first, second in pairwise(points):
         a, b = _error(first), _error(second)
         if min(a, b) < error < max(a, b):

@@ -33,7 +33,9 @@ MORE: Final = {
     "distance": "largest distance [m]",
     "failures": "failed solves",
     "p50_us": "time per sample, p50 [us]",
-    "share": "share of the cases",
+    "share": "share in which it holds",
+    "cases": "variations compared",
+    "cannot be compared": "variations not comparable",
 }
 
 

@@ -41,7 +41,7 @@ _LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
     "MP literal": ("#8a5cc9", (0, (6, 2)), "*"),
     "LQR": ("#d1602a", (0, (2, 1.5)), "."),
-    "two-level MP": ("#d1602a", (0, (2, 1.5)), "."),
+    "two-level MP": ("#7a4a2a", "-.", "."),
     "Stanley": ("#b8a01c", "-.", "."),
     "pure pursuit": ("#c2417f", (0, (8, 2, 1, 2)), "."),
     "mpc-plus": ("#2c9c69", (0, (4, 1)), "^"),
@@ -106,7 +106,7 @@ def draw(picture: Picture, outcomes: Mapping[str, Outcome], evidence: Evidence, 
     return True
 
 
-def _looks(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
+def looks(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
     """How each of these is drawn."""
     others = iter(_OTHERS * len(labels))
     return [_LOOKS[label] if label in _LOOKS else next(others) for label in labels]
@@ -133,7 +133,7 @@ def _trajectories(tracks: Sequence[Track]) -> Figure | None:
         if state is not None:
             _vehicle(axes, first.columns, state, first.scene)
         _desired(axes, first)
-        for track, (colour, dashes, _) in zip(tracks, _looks([t.label for t in tracks]), strict=True):
+        for track, (colour, dashes, _) in zip(tracks, looks([t.label for t in tracks]), strict=True):
             axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
         axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         axes.tick_params(labelsize=8)
@@ -167,7 +167,7 @@ def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:
     if not tracks:
         return None
     figure, panels = _sheet(2.9, 1)
-    for track, (colour, dashes, _) in zip(tracks, _looks([t.label for t in tracks]), strict=True):
+    for track, (colour, dashes, _) in zip(tracks, looks([t.label for t in tracks]), strict=True):
         time = track.columns.time
         panels[0].plot(time, track.r, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
     panels[0].set_ylabel("yaw rate r [rad/s]", fontsize=9)
@@ -181,7 +181,7 @@ def _distances(tracks: Sequence[Track]) -> Figure | None:
         return None
     figure, panels = _sheet(2.6, 1)
     first = tracks[0]
-    for track, (colour, dashes, _) in list(zip(tracks, _looks([t.label for t in tracks]), strict=True))[1:]:
+    for track, (colour, dashes, _) in list(zip(tracks, looks([t.label for t in tracks]), strict=True))[1:]:
         k = min(len(first.x), len(track.x))
         distance = np.hypot(track.x[:k] - first.x[:k], track.y[:k] - first.y[:k])
         shown, time = np.where(distance > 0, distance, np.nan), first.columns.time[:k]
@@ -199,10 +199,10 @@ def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
     figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, name, title in zip(panels, matched.SMOOTHNESS, _SMOOTHNESS_TITLES, strict=True):
-        for curve, (colour, _, marker) in zip(curves, _looks([c.label for c in curves]), strict=True):
+        for curve, (colour, _, marker) in zip(curves, looks([c.label for c in curves]), strict=True):
             error, value = ([p.metrics[m] for p in curve.points] for m in (matched.ACCURACY, name))
             axes.plot(error, value, "-", color=colour, marker=marker, linewidth=1.2, label=f"{curve.label}, gains")
-        for result, (colour, _, marker) in zip(single, _looks([r.label for r in single]), strict=True):
+        for result, (colour, _, marker) in zip(single, looks([r.label for r in single]), strict=True):
             at = [result.metrics[matched.ACCURACY]], [result.metrics[name]]
             axes.plot(*at, marker, color=colour, markersize=9, label=result.label, zorder=5)
         axes.set(xlabel="rms path error [m]", xlim=(0, None), ylim=(0, None))

@@ -17,7 +17,7 @@ from orchestrator.reproduction.evidence import Evidence, Result
 from orchestrator.reproduction.experiments import Experiments
 from orchestrator.reproduction.runs import Outcome, command
 from orchestrator.reproduction.text import markdown
-from orchestrator.reproduction.verdict import Verdict
+from orchestrator.reproduction.verdict import Verdict, verdict_data
 
 TEMPLATE: Final = Path(__file__).parent / "report.template.html"
 _IMAGE: Final = re.compile(r'<img src="(?P<path>[^":]+)"')
@@ -57,8 +57,8 @@ def content(report: Report, folder: Path) -> dict[str, Any]:
             {"name": c.name, "label": c.label, "plant": c.plant, "runs": [p.name for p in c.points]}
             for c in report.evidence.curves
         ],
-        "claims": [_verdict(v) for v in report.verdicts],
-        "goals": [_verdict(v) for v in report.goals],
+        "claims": [verdict_data(v, without=_TIMED) for v in report.verdicts],
+        "goals": [verdict_data(v) for v in report.goals],
         "distances": dict(report.evidence.distances),
         "figures": [{"file": f"figures/{name}.png", "caption": caption} for name, caption in report.figures],
         "varied": report.varied,
@@ -88,28 +88,6 @@ def _run(outcome: Outcome, result: Result, folder: Path) -> dict[str, Any]:
         "metrics": dict(result.metrics),
         "verdicts": told["verdicts"],
         "remarks": list(outcome.remarks),
-    }
-
-
-def _verdict(verdict: Verdict) -> dict[str, Any]:
-    return {
-        "claim": verdict.claim,
-        "words": verdict.words,
-        "verdict": verdict.status.value,
-        "condition": verdict.condition,
-        "cannot_be_compared": list(verdict.open_cases),
-        "decided_by": verdict.decided_by,
-        "cases": [
-            {
-                "factors": dict(case.factors),
-                "holds": case.holds,
-                "numbers": {n: v for n, v in case.numbers.items() if not n.startswith(_TIMED)},
-                "runs": list(case.runs),
-                "note": case.note,
-            }
-            for case in verdict.cases
-        ],
-        "notes": list(verdict.notes),
     }
 
 

@@ -7,14 +7,16 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from components.interfaces.problem import refuse
-from orchestrator.reproduction import claims, evidence, experiments, goals, report, runs, timing
+from orchestrator.reproduction import claims, evidence, goals, report, runs, timing, varied_content
+from orchestrator.reproduction.experiments import Experiments
+from orchestrator.reproduction.varied import VariedSet
 from orchestrator.reproduction.verdict import Verdict
 
-LIST: Final = "experiments.toml"
-"""The list of experiments, kept beside what came of it."""
+LIST: Final = "experiments.json"
+"""The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
 
 
 @dataclass(frozen=True)
@@ -25,22 +27,35 @@ class Reproduced:
     verdicts: tuple[Verdict, ...]
 
 
-def reproduce(out: Path | None, progress: Callable[[str], None], listed: Path = experiments.EXPERIMENTS) -> Reproduced:
-    """Run all experiments of a list and write the report. Raises `RequestError` for a wrong request."""
-    wanted = experiments.load(listed)
-    folder = new_folder(out)
-    shutil.copyfile(listed, folder / LIST)
+def reproduce(
+    wanted: Experiments, folder: Path, progress: Callable[[str], None], varied: VariedSet | None = None
+) -> Reproduced:
+    """Run all experiments and write the report into a `new_folder`, with a varied set where there is one."""
+    (folder / LIST).write_text(wanted.model_dump_json(indent=2) + "\n", encoding="utf-8")
     with runs.processes() as pool:
         runs.build(wanted, progress)
         outcomes = runs.execute_all(wanted.all_runs(), folder / "runs", pool, progress)
         times = timing.measure(wanted.timing, outcomes, progress) if wanted.timing is not None else []
         progress("looking at the runs")
         found = evidence.gather(wanted, outcomes, times)
+        progress("drawing the figures")
         drawn = _drawn(wanted, outcomes, found, folder, pool)
+        told = _varied(varied, folder)
     verdicts = claims.decide(found)
     progress("writing the report")
-    report.write(report.Report(wanted, outcomes, found, verdicts, [goals.nominal(found)], drawn), folder)
+    report.write(report.Report(wanted, outcomes, found, verdicts, [goals.nominal(found)], drawn, told), folder)
     return Reproduced(folder, tuple(verdicts))
+
+
+def _varied(varied: VariedSet | None, folder: Path) -> dict[str, Any] | None:
+    """What the report tells of a varied set, with its figure."""
+    if varied is None:
+        return None
+    from orchestrator.reproduction import varied_plots  # noqa: PLC0415 - matplotlib takes its time
+
+    told = varied_content.content(varied)
+    varied_plots.draw(told, folder / "figures" / "varied.png")
+    return {**told, "figure": "figures/varied.png"}
 
 
 def new_folder(out: Path | None) -> Path:
@@ -67,7 +82,7 @@ def new_folder(out: Path | None) -> Path:
 
 
 def _drawn(
-    wanted: experiments.Experiments,
+    wanted: Experiments,
     outcomes: dict[str, runs.Outcome],
     found: evidence.Evidence,
     folder: Path,

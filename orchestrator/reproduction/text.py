@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from orchestrator.reproduction.metric_names import COLUMNS, number, title
+from orchestrator.reproduction.metric_names import COLUMNS, number
+from orchestrator.reproduction.tables import details, run_link, table, verdict_table
 from orchestrator.reproduction.varied_text import varied_section
 
 _TABLES: Final = (
@@ -37,10 +38,10 @@ def markdown(told: Mapping[str, Any]) -> str:
         verdict_table(told["claims"]),
         *(_figure(figure) for figure in told["figures"]),
         "## What decides each verdict",
-        *(part for verdict in told["claims"] for part in details(verdict, told)),
+        *_details(told["claims"], told),
         "## Beyond the paper",
         verdict_table(told["goals"]),
-        *(part for verdict in told["goals"] for part in details(verdict, told)),
+        *_details(told["goals"], told),
         *(varied_section(told["varied"]) if told["varied"] else ()),
         "## Metrics of the runs",
         *_metrics([run for run in told["runs"] if run["role"] != "sweep"]),
@@ -49,43 +50,12 @@ def markdown(told: Mapping[str, Any]) -> str:
         *_metrics([run for run in told["runs"] if run["role"] == "sweep"]),
         *_timings(told["timings"]),
         "## How to run one again",
-        table(("run", "command", ""), ([_link(r), f"`{r['command']}`", "; ".join(r["remarks"])] for r in told["runs"])),
+        table(
+            ("run", "command", ""), ([run_link(r), f"`{r['command']}`", "; ".join(r["remarks"])] for r in told["runs"])
+        ),
         "Versions: " + ", ".join(f"{name} {version}" for name, version in told["versions"].items()) + ".",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table; nothing without rows."""
-    lines = ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join(["| " + " | ".join(head) + " |", "|" + " --- |" * len(head), *lines]) if lines else ""
-
-
-def verdict_table(verdicts: Sequence[Mapping[str, Any]]) -> str:
-    """One line for each claim."""
-    rows = (
-        [v["claim"], v["words"], f"**{v['verdict']}**", v["condition"], "; ".join(v["cannot_be_compared"])]
-        for v in verdicts
-    )
-    return table(("", "claim", "verdict", "condition", "cannot be compared"), rows)
-
-
-def details(verdict: Mapping[str, Any], told: Mapping[str, Any]) -> Iterator[str]:
-    """The cases of a verdict, with the numbers that decide and the runs they come from."""
-    yield f"### {verdict['claim']}: {verdict['words']}"
-    yield f"**{verdict['verdict'].capitalize()}**{', ' * bool(verdict['condition'])}{verdict['condition']}. "
-    yield f"It holds in a case with: {verdict['decided_by']}."
-    runs = {run["name"]: run for run in told["runs"]}
-    timed: Sequence[Mapping[str, float]] = told["timings"]["claims"].get(verdict["claim"], [])
-    rows: list[list[str]] = []
-    for i, case in enumerate(verdict["cases"]):
-        numbers = {**case["numbers"], **(timed[i] if i < len(timed) else {})}
-        values = "; ".join(f"{title(name)}: {number(value)}" for name, value in numbers.items())
-        links = ", ".join(_link(runs[name]) if name in runs else name for name in case["runs"])
-        says = {True: "yes", False: "no", None: "cannot be compared"}[case["holds"]]
-        rows.append([", ".join(case["factors"].values()), says, values, case["note"], links])
-    yield table(("case", "holds", "numbers", "", "runs"), rows)
-    yield from verdict["notes"]
 
 
 def _head(told: Mapping[str, Any]) -> str:
@@ -99,12 +69,14 @@ def _head(told: Mapping[str, Any]) -> str:
     )
 
 
+def _details(verdicts: Sequence[Mapping[str, Any]], told: Mapping[str, Any]) -> Iterator[str]:
+    runs = {run["name"]: run for run in told["runs"]}
+    for verdict in verdicts:
+        yield from details(verdict, runs, told["timings"]["claims"].get(verdict["claim"], ()))
+
+
 def _figure(figure: Mapping[str, str]) -> str:
     return f"![{figure['caption']}]({figure['file']})\n\n*{figure['caption']}*"
-
-
-def _link(run: Mapping[str, Any]) -> str:
-    return f"[{run['name']}]({run['folder']}/)"
 
 
 def _metrics(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -123,7 +95,7 @@ def _row(run: Mapping[str, Any], names: Sequence[str]) -> list[str]:
     metrics = run["metrics"]
     values = [number(metrics[name]) if name in metrics else "-" for name in names]
     ended = "" if run["status"] == "finished" else f" (ended in a fault: {run['fault']['reason']})"
-    return [_link(run), run["label"] + ended, run["plant"], *values, f"[open]({run['recording']})"]
+    return [run_link(run), run["label"] + ended, run["plant"], *values, f"[open]({run['recording']})"]
 
 
 def _timings(timings: Mapping[str, Any]) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 
 class Status(StrEnum):
@@ -63,6 +64,29 @@ class Verdict:
     def open_cases(self) -> tuple[str, ...]:
         """The cases in which the numbers do not say."""
         return tuple(str(case) for case in self.cases if case.holds is None)
+
+
+def verdict_data(verdict: Verdict, without: str = "\0") -> dict[str, Any]:
+    """A verdict as plain data; numbers whose names start with `without` are left to another place."""
+    return {
+        "claim": verdict.claim,
+        "words": verdict.words,
+        "verdict": verdict.status.value,
+        "condition": verdict.condition,
+        "cannot_be_compared": list(verdict.open_cases),
+        "decided_by": verdict.decided_by,
+        "cases": [
+            {
+                "factors": dict(case.factors),
+                "holds": case.holds,
+                "numbers": {n: v for n, v in case.numbers.items() if not n.startswith(without)},
+                "runs": list(case.runs),
+                "note": case.note,
+            }
+            for case in verdict.cases
+        ],
+        "notes": list(verdict.notes),
+    }
 
 
 def condition(cases: Sequence[Case]) -> str:

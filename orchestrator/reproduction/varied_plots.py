@@ -1,0 +1,54 @@
+"""The distributions over the varied set, as cumulative shares of the cases."""
+# pyright: basic
+# matplotlib carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from orchestrator.figures import _DPI, _WIDTH
+from orchestrator.reproduction.plots import looks
+
+_PANELS: Final = (
+    ("gap_edge", "gap to edge [m]", (-1.5, 1.0)),
+    ("gap_obstacle", "gap to obstacle [m]", (-0.1, 3.0)),
+    ("path_error_rms", "rms path error [m]", (0.0, 0.6)),
+    ("r_dot_rms", "rms yaw acceleration [rad/s2]", (0.0, 4.0)),
+)
+"""Metric, title, and what is shown of it; the rest of a distribution is told by where its curve leaves the panel."""
+
+
+def draw(varied: Mapping[str, Any], path: Path) -> None:
+    """Draw the distributions of the controllers."""
+    shown = [c["name"] for c in varied["controllers"] if not c["settings"] or "," not in c["label"]]
+    labels = {c["name"]: c["label"] for c in varied["controllers"]}
+    figure = Figure(figsize=(_WIDTH, 5.0), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    for axes, (metric, title, limits) in zip(panels, _PANELS, strict=True):
+        for name, (colour, dashes, _) in zip(shown, looks([labels[n] for n in shown]), strict=True):
+            runs = [case["runs"][name] for case in varied["cases"] if name in case["runs"]]
+            values = np.sort([run["metrics"][metric] for run in runs if metric in run["metrics"]])
+            if len(values):
+                share = np.arange(1, len(values) + 1) / len(values)
+                axes.step(
+                    np.r_[limits[0] - 1, values, limits[1] + 1],
+                    np.r_[0, share, 1],
+                    where="post",
+                    color=colour,
+                    linestyle=dashes,
+                    linewidth=1.3,
+                    label=labels[name],
+                )
+        axes.set(xlim=limits, ylim=(0, 1), xlabel=title)
+        axes.set_ylabel("share of the cases below", fontsize=8)
+        axes.grid(visible=True, color="0.88", linewidth=0.6)
+        axes.tick_params(labelsize=8)
+    handles, texts = panels[0].get_legend_handles_labels()
+    figure.legend(handles, texts, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI)

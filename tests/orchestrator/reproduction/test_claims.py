@@ -1,0 +1,239 @@
+"""Every verdict flips when the metrics do, both ways; what is not decided says so."""
+
+from __future__ import annotations
+
+import pytest
+
+from orchestrator.reproduction import claims, goals
+from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Curve, Evidence, Result, Timing
+from orchestrator.reproduction.experiments import Role
+from orchestrator.reproduction.verdict import Case, Status, condition
+
+SMOOTH = {
+    "gap_obstacle": 1.5,
+    "gap_edge": 0.2,
+    "corridor_violations": 0.0,
+    "path_error_rms": 0.2,
+    "path_error_max": 0.5,
+    "r_peak": 0.6,
+    "r_rms": 0.3,
+    "r_total_variation": 5.0,
+    "r_sign_changes": 5.0,
+    "r_dot_rms": 0.6,
+    "r_dot_peak": 1.6,
+    "delta_f_rate_rms": 0.2,
+    "v_x_min": 9.8,
+    "solver_limits": 0.0,
+    "solver_fallbacks": 0.0,
+}
+ROUGH = {
+    **SMOOTH,
+    "r_peak": 1.2,
+    "r_rms": 0.5,
+    "r_total_variation": 12.0,
+    "r_sign_changes": 8.0,
+    "r_dot_rms": 2.0,
+    "r_dot_peak": 8.0,
+    "delta_f_rate_rms": 1.2,
+}
+CLAIMS = claims.CLAIMS
+
+
+def result(role, metrics, label, task="static", controller="", plant="bicycle", **more):
+    name = f"{task}-{plant}-{label}"
+    return Result(name, task, plant, controller or label, role, label, {**metrics, **more})
+
+
+def mp(metrics=SMOOTH, **more):
+    return result(Role.MP, metrics, "MP tuned", controller="mpc", **more)
+
+
+def lqr(metrics=ROUGH, **more):
+    return result(Role.TWO_LEVEL, metrics, "LQR", controller="lqr", **more)
+
+
+def curve(*points, plant="bicycle"):
+    """A sweep with these path errors, total variations of r and rms r_dot."""
+    made = [
+        Result(f"sweep-{i}", "static", plant, "lqr", Role.SWEEP, "LQR", dict(zip(
+            ("path_error_rms", "r_total_variation", "r_dot_rms"), point, strict=True)))
+        for i, point in enumerate(points)
+    ]  # fmt: skip
+    return Curve("sweep", "static", plant, "LQR", tuple(made))
+
+
+def decide(claim, *results, **more):
+    return CLAIMS[claim](Evidence(tuple(results), **more))
+
+
+def algorithms(**changed):
+    """The evidence of C7 with some numbers changed."""
+    values = {"distance": 1e-4, "failures": 0.0, "own": 20.0, "its": 100.0, **changed}
+    reference = mp(solver_limits=values["failures"])
+    other = result(Role.ALGORITHM, SMOOTH, "MP, SQP", controller="mpc_sqp")
+    return Evidence(
+        (reference, other),
+        distances={other.name: values["distance"]},
+        timings=(
+            Timing("mpc", IN_PROCESS, values["own"], values["own"], 1.0, 1.0),
+            Timing("mpc_sqp", IN_PROCESS, values["its"], values["its"], 1.0, 1.0),
+        ),
+        reference=reference.name,
+    )
+
+
+def times(mpc, other):
+    made = (Timing("mpc", AS_FMU, mpc, mpc, 1.0, 1.0), Timing("lqr", AS_FMU, other, other, 1.0, 1.0))
+    return Evidence((mp(), lqr()), timings=made)
+
+
+def test_c1_holds_below_the_curve_at_the_same_path_error():
+    assert decide("C1", mp(), curves=(curve((0.1, 14, 2.0), (0.3, 8, 1.0)),)).status is Status.HOLDS
+
+
+@pytest.mark.parametrize("point", [(0.3, 8, 0.1), (0.3, -8, 1.0)], ids=["r_dot", "total variation"])
+def test_c1_does_not_hold_where_the_curve_is_smoother_in_either_metric(point):
+    assert decide("C1", mp(), curves=(curve((0.1, 14, 1.0), point),)).status is Status.FAILS
+
+
+def test_c1_takes_the_numbers_of_the_curve_by_interpolation_and_names_the_runs():
+    case = decide("C1", mp(), curves=(curve((0.1, 14, 2.0), (0.3, 8, 1.0)),)).cases[0]
+    assert case.numbers["r_total_variation of LQR"] == pytest.approx(11)
+    assert case.numbers["r_dot_rms of LQR"] == pytest.approx(1.5)
+    assert case.runs == ("static-bicycle-MP tuned", "sweep-0", "sweep-1")
+
+
+def test_c1_shows_a_curve_that_bends_back_at_its_best():
+    bent = curve((0.1, 14, 2.0), (0.3, 8, 1.0), (0.1, 2, 0.3))
+    case = decide("C1", mp(), curves=(bent,)).cases[0]
+    assert not case.holds
+    assert case.numbers["r_total_variation of LQR"] == pytest.approx(5)
+
+
+def test_c1_is_dominated_by_a_curve_that_is_more_accurate_and_smoother_everywhere():
+    assert decide("C1", mp(), curves=(curve((0.05, 4, 0.5), (0.1, 3, 0.4)),)).status is Status.FAILS
+
+
+def test_c1_says_nothing_where_there_is_no_matched_accuracy():
+    less_accurate_and_smoother = curve((0.3, 2, 0.3), (0.5, 1, 0.2))
+    more_accurate_and_rougher = curve((0.05, 20, 3.0), (0.1, 15, 2.0))
+    for found in (less_accurate_and_smoother, more_accurate_and_rougher):
+        verdict = decide("C1", mp(), curves=(found,))
+        assert verdict.status is Status.OPEN
+        assert verdict.open_cases == ("MP tuned, LQR, linear",)
+
+
+def test_c1_holds_where_no_gain_is_as_accurate_and_the_most_accurate_is_rougher():
+    assert decide("C1", mp(), curves=(curve((0.3, 14, 2.0), (0.5, 12, 1.9)),)).status is Status.HOLDS
+
+
+def test_c2_flips_with_either_path_error():
+    accurate = {"path_error_rms": 0.2, "path_error_max": 0.5}
+    assert decide("C2", mp(), lqr()).status is Status.HOLDS
+    assert decide("C2", mp(path_error_rms=0.3), lqr(path_error_max=0.9)).status is Status.FAILS
+    verdict = decide("C2", mp(**accurate), lqr(path_error_rms=0.3))
+    assert verdict.status is Status.CONDITION
+    assert verdict.condition == "only for method MP tuned"
+
+
+@pytest.mark.parametrize("claim", ["C3", "C4", "C5"])
+def test_c3_to_c5_flip_with_who_is_smooth(claim):
+    assert decide(claim, mp(SMOOTH), lqr(ROUGH)).status is Status.HOLDS
+    assert decide(claim, mp(ROUGH), lqr(SMOOTH)).status is Status.FAILS
+
+
+@pytest.mark.parametrize(
+    ("claim", "metric"),
+    [
+        ("C3", "r_dot_rms"),
+        ("C3", "delta_f_rate_rms"),
+        ("C4", "r_peak"),
+        ("C4", "r_rms"),
+        ("C4", "r_dot_rms"),
+        ("C5", "r_total_variation"),
+        ("C5", "r_dot_peak"),
+        ("C5", "r_sign_changes"),
+    ],
+)
+def test_every_metric_that_decides_a_claim_can_bring_it_down(claim, metric):
+    assert decide(claim, mp(**{metric: 100.0}), lqr()).status is Status.FAILS
+
+
+def test_runs_are_compared_within_a_plant_only():
+    saturated = lqr(SMOOTH, plant="bicycle_saturated")
+    assert decide("C3", mp(), saturated).status is Status.OPEN
+
+
+@pytest.mark.parametrize(
+    "metrics",
+    [{"gap_obstacle": 0.0}, {"gap_edge": -0.01}, {"corridor_violations": 1.0}, {"r_total_variation": 20.0}],
+    ids=lambda m: next(iter(m)),
+)
+def test_c6_flips_with_contact_edge_corridor_and_smoothness(metrics):
+    other = lqr(task="dynamic")
+    assert decide("C6", mp(task="dynamic"), other).status is Status.HOLDS
+    assert decide("C6", mp(task="dynamic", **metrics), other).status is Status.FAILS
+
+
+def test_c6_is_about_moving_obstacles_only():
+    assert decide("C6", mp(), lqr()).status is Status.OPEN
+
+
+@pytest.mark.parametrize("changed", [{"distance": 0.02}, {"failures": 1.0}, {"own": 200.0}], ids=str)
+def test_c7_flips_with_trajectory_failures_and_time(changed):
+    assert CLAIMS["C7"](algorithms()).status is Status.HOLDS
+    assert CLAIMS["C7"](algorithms(**changed)).status is Status.FAILS
+
+
+def test_c8_flips_with_the_time_per_sample():
+    assert CLAIMS["C8"](times(mpc=5.0, other=6.0)).status is Status.HOLDS
+    assert CLAIMS["C8"](times(mpc=7.0, other=6.0)).status is Status.FAILS
+
+
+@pytest.mark.parametrize("claim", CLAIMS)
+def test_nothing_is_decided_without_runs(claim):
+    assert decide(claim).status is Status.OPEN
+
+
+@pytest.mark.parametrize("claim", ["C1", "C2", "C3", "C4", "C5"])
+def test_a_run_that_ended_in_a_fault_decides_against_the_method_whatever_it_measured_before(claim):
+    broken = Result("b", "static", "bicycle", "mpc", Role.MP, "MP tuned", {}, finished=False)
+    found = curve((0.1, 14, 2.0), (0.3, 8, 1.0))
+    verdict = decide(claim, broken, lqr(), curves=(found,))
+    assert verdict.status is (Status.CONDITION if claim == "C2" else Status.FAILS)
+
+
+def test_a_baseline_that_ended_in_a_fault_decides_nothing():
+    broken = Result("b", "static", "bicycle", "lqr", Role.TWO_LEVEL, "LQR", {}, finished=False)
+    assert decide("C3", mp(), broken).status is Status.OPEN
+
+
+def test_claims_hold_for_some_settings_under_the_condition_that_names_them():
+    literal = result(Role.MP, ROUGH, "MP literal", r_dot_rms=3.0, delta_f_rate_rms=2.0)
+    verdict = decide("C3", mp(), literal, lqr())
+    assert verdict.status is Status.CONDITION
+    assert verdict.condition == "only for setting MP tuned"
+
+
+def test_a_condition_is_told_in_as_few_factors_as_explain_it():
+    def case(setting, against, tyre, holds):
+        return Case({"setting": setting, "against": against, "tyre": tyre}, holds, {}, ())
+
+    by_two = [case(s, a, "linear", s == "A" or a == "X") for s in "AB" for a in "XY"]
+    assert condition(by_two) == "except for setting B / against Y"
+    one = [case(s, a, t, t == "linear") for s in "AB" for a in "XY" for t in ("linear", "saturating")]
+    assert condition(one) == "only for tyre linear"
+
+
+@pytest.mark.parametrize(
+    "metrics",
+    [{"gap_obstacle": 0.0}, {"gap_edge": -0.1}, {"path_error_rms": 0.26}, {"r_dot_rms": 0.7}],
+    ids=lambda m: next(iter(m)),
+)
+def test_the_goal_flips_with_contact_edge_accuracy_and_smoothness(metrics):
+    def decided(**changed):
+        plus = result(Role.PLUS, {**SMOOTH, "r_dot_rms": 0.4}, "mpc-plus", **changed)
+        return goals.nominal(Evidence((mp(), plus))).status
+
+    assert decided() is Status.HOLDS
+    assert decided(**metrics) is Status.FAILS

@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from orchestrator.reproduction.evidence import sign_changes, trajectory_distance
+
+
+@pytest.mark.parametrize(
+    ("r", "changes"),
+    [
+        ([0.0, 0.0], 0),
+        ([0.3, 0.1, -0.3, 0.3], 2),
+        ([0.3, 0.01, -0.01, 0.01, 0.3], 0),  # no swing at all
+        ([0.3, -0.04, 0.3], 0),  # no swing to the other side
+        ([0.3, 0.0, -0.3], 1),  # through zero
+        ([], 0),
+    ],
+)
+def test_sign_changes_count_swings_to_the_other_side(r, changes):
+    assert sign_changes(np.array(r)) == changes
+
+
+def test_the_distance_of_trajectories_is_the_largest_at_the_same_instant():
+    a = pd.DataFrame({"plant.state.x": [0.0, 1.0, 2.0], "plant.state.y": [0.0, 0.0, 0.0]})
+    b = pd.DataFrame({"plant.state.x": [0.0, 4.0], "plant.state.y": [0.0, 4.0]})
+    assert trajectory_distance(a, b) == 5.0
+    assert trajectory_distance(a, a) == 0.0

@@ -1,0 +1,148 @@
+"""A small reproduction from end to end, and the report's numbers against those in the run folders."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from components.interfaces.problem import RequestError
+from orchestrator.reproduction import experiments, variations
+from orchestrator.reproduction import varied as driving
+from orchestrator.reproduction.reproduce import new_folder, reproduce
+
+LIST = """
+[[runs]]
+name = "mp"
+task = "static"
+scenario = "static"
+plant = "bicycle"
+controller = "mpc"
+role = "mp"
+label = "MP tuned"
+
+[[runs]]
+name = "two"
+task = "static"
+scenario = "static"
+plant = "bicycle"
+controller = "lqr"
+role = "two_level"
+label = "LQR"
+
+[[sweeps]]
+name = "sweep"
+task = "static"
+scenario = "static"
+plant = "bicycle"
+controller = "lqr"
+parameter = "controller.q_delta"
+values = [10.0, 300.0]
+unit = "1/rad2"
+label = "LQR"
+
+[timing]
+states = "mp"
+controllers = ["mpc", "lqr"]
+ratio_to = "mpc"
+
+[[figures]]
+name = "trajectory"
+kind = "trajectory"
+runs = ["mp", "two"]
+caption = "Trajectories."
+
+[[figures]]
+name = "curve"
+kind = "smoothness"
+runs = ["mp"]
+caption = "Smoothness."
+"""
+
+
+@pytest.fixture(scope="module")
+def made(built_fmus, tmp_path_factory):
+    root = tmp_path_factory.mktemp("reproduction")
+    (root / "list.toml").write_text(LIST)
+    request = variations.request(3, seed=5)
+    driven = driving.run(request, lambda: None)
+    return reproduce(experiments.load(root / "list.toml"), new_folder(root / "report"), lambda _: None, driven)
+
+
+@pytest.fixture(scope="module")
+def told(made):
+    return json.loads((made.folder / "report.json").read_text())
+
+
+pytestmark = pytest.mark.slow
+
+
+def test_the_reports_numbers_are_those_of_the_run_folders(made, told):
+    assert [run["name"] for run in told["runs"]] == ["mp", "two", "sweep-10", "sweep-300"]
+    for run in told["runs"]:
+        summary = json.loads((made.folder / run["folder"] / "summary.json").read_text())
+        assert summary["metrics"].items() <= run["metrics"].items()
+        assert run["metrics"].keys() - summary["metrics"].keys() == {"r_sign_changes"}
+        assert run["verdicts"] == summary["verdicts"]
+        assert (made.folder / run["recording"]).is_file()
+        assert (made.folder / run["folder"] / "signals.parquet").is_file()
+
+
+def test_the_numbers_that_decide_are_metrics_of_the_runs_named_beside_them(told):
+    metrics = {run["name"]: run["metrics"] for run in told["runs"]}
+    c4 = next(v for v in told["claims"] if v["claim"] == "C4")
+    for case in c4["cases"]:
+        own, other = (metrics[name] for name in case["runs"])
+        assert case["numbers"]["r_peak"] == own["r_peak"]
+        assert case["numbers"]["r_peak of LQR"] == other["r_peak"]
+
+
+def test_a_gain_at_its_own_value_is_the_run_itself(told):
+    metrics = {run["name"]: run["metrics"] for run in told["runs"]}
+    assert metrics["sweep-10"] == metrics["two"]
+
+
+def test_times_stand_in_their_own_section_only(told):
+    assert {t["controller"] for t in told["timings"]["controllers"]} == {"mpc", "lqr"}
+    rest = json.dumps({name: part for name, part in told.items() if name != "timings"})
+    assert "p50_us" not in rest
+    assert told["timings"]["claims"]["C8"][0].keys() == {"p50_us", "p50_us of LQR"}
+
+
+def test_the_page_needs_nothing_else_and_says_the_same_as_the_text(made):
+    page, text = ((made.folder / f"report.{kind}").read_text() for kind in ("html", "md"))
+    sources = re.findall(r'src="([^"]{0,30})', page)
+    assert len(sources) == 3  # two figures of the list, one of the varied set
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert "http" not in page.replace("https://www.w3.org", "")
+    for heading in re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE):
+        assert f">{heading}</h" in page
+    assert "runs/mp/recording.rrd" in page
+
+
+def test_every_verdict_is_told_even_where_nothing_decides(told):
+    assert [v["claim"] for v in told["claims"]] == [f"C{i}" for i in range(1, 9)]
+    assert next(v for v in told["claims"] if v["claim"] == "C6")["verdict"] == "not decided"
+
+
+def test_the_varied_set_is_told_with_every_case(told):
+    varied = told["varied"]
+    assert (varied["count"], varied["seed"]) == (3, 5)
+    assert [case["number"] for case in varied["cases"]] == [0, 1, 2]
+    assert [v["claim"] for v in varied["claims"]] == [f"C{i}" for i in range(1, 7)]
+    assert all("metrics" in run for case in varied["cases"] for run in case["runs"].values())
+
+
+def test_a_reproduction_is_replaced_but_nothing_else_is(made, tmp_path):
+    with pytest.raises(RequestError, match="a folder with other things in it"):
+        new_folder(made.folder.parent)
+    (tmp_path / "file").touch()
+    with pytest.raises(RequestError, match="a file"):
+        new_folder(tmp_path / "file")
+
+
+def test_without_a_name_the_next_number_is_taken(in_tmp_path):
+    first = new_folder(None)
+    assert str(first) == "runs/reproduce-1"
+    assert str(new_folder(None)) == "runs/reproduce-2"
