@@ -53,6 +53,7 @@ def _ipopt(given: _Given, tolerance: float) -> ca.Function:
     options = {
         "print_time": False,
         "calc_lam_p": False,
+        "show_eval_warnings": False,
         "ipopt": {
             "print_level": 0,
             "sb": "yes",
