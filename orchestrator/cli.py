@@ -149,7 +149,7 @@ def reproduce(
         from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
 
         wanted = experiments.load()
-        request = variations.request(varied, seed) if varied else None
+        request = variations.request(varied, seed) if varied != 0 else None
         target = reproduction.new_folder(folder)
     driven = _drive(request) if request is not None else None
     with _working() as progress:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 import pandas as pd
 
+from components.interfaces.buses import WAYPOINTS
+from orchestrator import metrics
+from orchestrator.path_geometry import path_error
 from orchestrator.reproduction.experiments import Experiments, Role, Run
 from orchestrator.reproduction.runs import Outcome
 
@@ -18,6 +21,9 @@ SWING: Final = 0.05
 IN_PROCESS: Final = "in this process"
 AS_FMU: Final = "FMU"
 """How a controller runs while it is timed."""
+
+TUNED: Final = "MP tuned"
+"""The setting of the paper's method that `plus` runs are measured against."""
 
 TYRES: Final = {"bicycle": "linear", "bicycle_saturated": "saturating"}
 """How a plant is called in conditions."""
@@ -73,6 +79,8 @@ class Evidence:
     curves: tuple[Curve, ...] = ()
     distances: Mapping[str, float] = field(default_factory=dict[str, float])
     """Largest distance [m] of an algorithm's trajectory from that of the run it solves the same problem as, by run"""
+    off_path: Mapping[str, float] = field(default_factory=dict[str, float])
+    """rms distance [m] of a `plus` run from the path of the paper's method: its own path may be another"""
     timings: tuple[Timing, ...] = ()
     reference: str = ""
     """The run that the algorithms are compared on"""
@@ -88,9 +96,9 @@ class Evidence:
         return [c for c in self.curves if (c.task, c.plant) == (result.task, result.plant)]
 
 
-def result(run: Run, metrics: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
+def result(run: Run, measured: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
     """The metrics of a run, with those that only claims need."""
-    found = {**metrics, **more_metrics(frame)}
+    found = {**measured, **more_metrics(frame)}
     return Result(run.name, run.task, run.plant, run.controller, run.role, run.label, found, finished=finished)
 
 
@@ -114,7 +122,29 @@ def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: S
     if reference:
         alike = [run for run in experiments.runs if run.role in {Role.ALGORITHM, Role.LOOSE}]
         distances = {run.name: trajectory_distance(frames[reference], frames[run.name]) for run in alike}
-    return Evidence(tuple(found[run.name] for run in experiments.runs), curves, distances, tuple(timings), reference)
+    return Evidence(
+        results=tuple(found[run.name] for run in experiments.runs),
+        curves=curves,
+        distances=distances,
+        off_path=dict(_off_paths(experiments, frames)),
+        timings=tuple(timings),
+        reference=reference,
+    )
+
+
+def _off_paths(experiments: Experiments, frames: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, float]]:
+    for plus in (run for run in experiments.runs if run.role is Role.PLUS):
+        for mp in (run for run in experiments.runs if run.role is Role.MP and run.label == TUNED):
+            if (mp.task, mp.plant) == (plus.task, plus.plant):
+                yield plus.name, off_path(frames[plus.name], frames[mp.name])
+
+
+def off_path(frame: pd.DataFrame, leader: pd.DataFrame) -> float:
+    """Distance [m], rms, of a vehicle from the path that another run shows at the same instant."""
+    n = min(len(frame), len(leader))
+    x, y = (frame[f"plant.state.{axis}"].to_numpy(float)[:n] for axis in "xy")
+    path_x, path_y = (metrics.columns(leader.iloc[:n], f"controller.path.{axis}", WAYPOINTS) for axis in "xy")
+    return float(np.sqrt(np.mean(np.square(path_error(path_x, path_y, x, y)))))
 
 
 def sign_changes(r: np.ndarray[tuple[int], np.dtype[np.float64]]) -> int:

@@ -159,7 +159,7 @@ def _desired(axes: Any, track: Track) -> None:
         return
     row = int(np.argmax(path[1].max(axis=1) - path[1].min(axis=1) > _STILL))
     line = path_lines(path[0][row : row + 1], path[1][row : row + 1])[0]
-    axes.plot(*line.T, color="0.35", linewidth=1, linestyle="--", label="desired path", zorder=3)
+    axes.plot(*line.T, color="0.35", linewidth=1, linestyle="--", label=f"desired path ({track.label})", zorder=3)
 
 
 def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:

@@ -60,6 +60,7 @@ def content(report: Report, folder: Path) -> dict[str, Any]:
         "claims": [verdict_data(v, without=_TIMED) for v in report.verdicts],
         "goals": [verdict_data(v) for v in report.goals],
         "distances": dict(report.evidence.distances),
+        "off_path": dict(report.evidence.off_path),
         "figures": [{"file": f"figures/{name}.png", "caption": caption} for name, caption in report.figures],
         "varied": report.varied,
         "versions": versions(),

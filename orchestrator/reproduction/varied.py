@@ -1,7 +1,7 @@
 """The varied set: every controller drives every case, on all cores, without recordings.
 
-Each process reads and opens the FMUs once and changes parameters only; a case that is run again by its command gives
-the same numbers.
+Each process opens the FMUs once and changes parameters only (see `kept`); a case that is run again by its command
+gives the same numbers.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from orchestrator.master import Simulation, SimulationError
 from orchestrator.parameters import Given, values_of
 from orchestrator.reproduction import runs, variations
 from orchestrator.reproduction.evidence import Result, more_metrics
+from orchestrator.reproduction.kept import keep
 from orchestrator.reproduction.variations import Case, Driver, Request, Variations
 from orchestrator.scenario import Options, Scenario, parse_settings, prepare, read
 from orchestrator.scene import Scene
@@ -131,8 +132,6 @@ def _given(made: Scenario, unit: str) -> dict[str, Given]:
 
 
 def _changed(source: Source, values: Mapping[str, Any]) -> Source:
-    """The same unit with other values; an FMU is not read again."""
+    """The same unit with other values; an FMU is neither read nor opened again."""
     changed = dataclasses.replace(source, parameters=values)
-    if isinstance(source, Fmu):
-        vars(changed)["archive"] = source.archive
-    return changed
+    return keep(changed, source) if isinstance(changed, Fmu) and isinstance(source, Fmu) else changed

@@ -122,7 +122,8 @@ def _distribution(name: str, found: VariedSet) -> dict[str, Any]:
             "no_contact": _share(results, lambda r: r.finished and r.metrics["gap_obstacle"] > 0),
             "inside_road": _share(results, lambda r: r.finished and r.metrics["gap_edge"] >= 0),
             "both": _share(results, is_safe),
-            "solver_trouble": _share(results, _had_trouble),
+            "solver_limit": _share(results, lambda r: r.metrics.get("solver_limits", 0) > 0),
+            "solver_failure": _share(results, lambda r: r.metrics.get("solver_fallbacks", 0) > 0),
             "faults": sum(not r.finished for r in results),
             "spread": dict(_spreads(results)),
         }
@@ -131,10 +132,6 @@ def _distribution(name: str, found: VariedSet) -> dict[str, Any]:
 
 def _share(results: Sequence[Result], holds: Callable[[Result], bool]) -> float:
     return sum(map(holds, results)) / len(results)
-
-
-def _had_trouble(result: Result) -> bool:
-    return any(result.metrics.get(name, 0) > 0 for name in ("solver_limits", "solver_fallbacks"))
 
 
 def _spreads(results: Sequence[Result]) -> Iterator[tuple[str, dict[str, float]]]:

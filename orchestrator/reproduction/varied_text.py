@@ -26,7 +26,16 @@ def varied_section(varied: Mapping[str, Any]) -> Iterator[str]:
     yield "### Distributions"
     yield "Shares of the cases; 5th, 50th and 95th percentile of the metrics."
     first = varied["controllers"][0].get("spread", {})
-    head = ("controller", "cases", "no contact", "inside road", "both", "solver trouble", "faults")
+    head = (
+        "controller",
+        "cases",
+        "no contact",
+        "inside road",
+        "both",
+        "a solve at its limit",
+        "a failed solve",
+        "faults",
+    )
     yield table((*head, *(COLUMNS[name] for name in first)), _distributions(varied))
     yield "### What decides each verdict on the variations"
     for verdict in varied["claims"] + varied["goals"]:
@@ -45,7 +54,7 @@ def _distributions(varied: Mapping[str, Any]) -> Iterator[list[str]]:
     for c in varied["controllers"]:
         if not c["cases"]:
             continue
-        shares = [f"{c[name]:.1%}" for name in ("no_contact", "inside_road", "both", "solver_trouble")]
+        shares = [f"{c[name]:.1%}" for name in ("no_contact", "inside_road", "both", "solver_limit", "solver_failure")]
         spread = [" / ".join(number(value) for value in values.values()) for values in c["spread"].values()]
         yield [c["label"], str(c["cases"]), *shares, str(c["faults"]), *spread]
 

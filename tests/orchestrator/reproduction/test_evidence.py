@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from orchestrator.reproduction.evidence import sign_changes, trajectory_distance
+from orchestrator.reproduction.evidence import off_path, sign_changes, trajectory_distance
 
 
 @pytest.mark.parametrize(
@@ -27,3 +27,10 @@ def test_the_distance_of_trajectories_is_the_largest_at_the_same_instant():
     b = pd.DataFrame({"plant.state.x": [0.0, 4.0], "plant.state.y": [0.0, 4.0]})
     assert trajectory_distance(a, b) == 5.0
     assert trajectory_distance(a, a) == 0.0
+
+
+def test_the_distance_from_anothers_path_is_taken_at_the_same_instant():
+    waypoints = {f"controller.path.x[{i + 1}]": [10.0 * i] * 2 for i in range(15)}
+    waypoints |= {f"controller.path.y[{i + 1}]": [0.0, 1.0] for i in range(15)}
+    ego = pd.DataFrame({"plant.state.x": [5.0, 15.0, 25.0], "plant.state.y": [3.0, 1.0, 9.0]})
+    assert off_path(ego, pd.DataFrame(waypoints)) == pytest.approx(np.sqrt(9 / 2))
