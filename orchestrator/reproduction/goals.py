@@ -31,7 +31,5 @@ def nominal(evidence: Evidence) -> Verdict:
         "mpc-plus is accurate and smoother than the tuned MP method",
         f"no contact, inside the road, rms path error at most {ACCURATE:g} m, rms r_dot below that of {TUNED}",
         tuple(cases),
-        (
-            "The path error is from the path that the controller itself plans; the one from the MP method's is told too.",
-        ),
+        ("The path error is from the path that the controller itself plans; that from the MP method's is told too.",),
     )
