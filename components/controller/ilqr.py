@@ -181,7 +181,8 @@ def _quadratic(stages: Stages) -> ca.Function:
         ca.jacobian(after, x),
         ca.jacobian(after, u),
     ]
-    return ca.Function("quadratic", [p, data, x, u], ca.cse([ca.densify(part) for part in parts]))
+    shared: Any = ca.cse([ca.densify(part) for part in parts])
+    return ca.Function("quadratic", [p, data, x, u], shared)
 
 
 def _sweep(stages: Stages) -> ca.Function:

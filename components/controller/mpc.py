@@ -16,7 +16,7 @@ from components.interfaces.block import Sampled, block
 from components.interfaces.buses import Actuation, Plan, Solver, VehicleState, Waypoints
 from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
-from components.interfaces.record import record
+from components.interfaces.record import part, record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
@@ -40,7 +40,7 @@ class MpcOutputs:
 
 
 @record
-class IntegratedMpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
+class IntegratedMpc(Guidance, Model, Sampled[ControllerInputs, MpcState, MpcOutputs]):
     """Integrated path planning and tracking by nonlinear model prediction, the paper's Algorithm 1, whatever solves it.
 
     At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
@@ -57,13 +57,6 @@ class IntegratedMpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
     kkt_converged: ClassVar[float] = TOLERANCE
     """Residual of the optimality conditions up to which `solver.status` is converged."""
 
-    m: float = quantity("kg", "mass of the predicted vehicle", min=1)
-    I_z: float = quantity("kg.m2", "yaw inertia of the predicted vehicle", min=1)
-    l_f: float = quantity("m", "distance from the centre of gravity to the front axle", min=0.1)
-    l_r: float = quantity("m", "distance from the centre of gravity to the rear axle", min=0.1)
-    C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre", min=0)
-    C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre", min=0)
-    R_w: float = quantity("m", "wheel radius", min=0.01)
     a_1: float = quantity("1/m2", "weight of the distance to the path", min=0)
     b_1: float = quantity("m4", "weight of the upper boundary", min=0)
     b_2: float = quantity("m4", "weight of the lower boundary", min=0)
@@ -95,16 +88,8 @@ class IntegratedMpc(Guidance, Sampled[ControllerInputs, MpcState, MpcOutputs]):
     def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
         """The optimal control problem for this vehicle."""
         return Problem(
-            model=Model(
-                m=self.m,
-                I_z=self.I_z,
-                l_f=self.l_f,
-                l_r=self.l_r,
-                C_alpha_f=self.C_alpha_f,
-                C_alpha_r=self.C_alpha_r,
-                R_w=self.R_w,
-            ),
-            weights=Weights(a_1=self.a_1, b_1=self.b_1, b_2=self.b_2, b_3=self.b_3),
+            model=part(Model, self),
+            weights=part(Weights, self),
             horizon=horizon,
             start=ego,
             dt=self.dt,

@@ -31,13 +31,13 @@ CLOSEST = 1e-3
 class Model:
     """The vehicle as the controller knows it."""
 
-    m: float = quantity("kg", "mass")
-    I_z: float = quantity("kg.m2", "yaw inertia")
-    l_f: float = quantity("m", "distance from the centre of gravity to the front axle")
-    l_r: float = quantity("m", "distance from the centre of gravity to the rear axle")
-    C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre")
-    C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre")
-    R_w: float = quantity("m", "wheel radius")
+    m: float = quantity("kg", "mass of the predicted vehicle", min=1)
+    I_z: float = quantity("kg.m2", "yaw inertia of the predicted vehicle", min=1)
+    l_f: float = quantity("m", "distance from the centre of gravity to the front axle", min=0.1)
+    l_r: float = quantity("m", "distance from the centre of gravity to the rear axle", min=0.1)
+    C_alpha_f: float = quantity("N/rad", "cornering stiffness of one front tyre", min=0)
+    C_alpha_r: float = quantity("N/rad", "cornering stiffness of one rear tyre", min=0)
+    R_w: float = quantity("m", "wheel radius", min=0.01)
 
 
 @record

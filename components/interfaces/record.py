@@ -130,6 +130,11 @@ def _unpack(cls: type[R], column: Array, dimensions: Mapping[str, int], at: int)
     return cls(**values), at
 
 
+def part(cls: type[R], whole: Any) -> R:
+    """The record of type `cls` with the values that `whole` has under the same names."""
+    return cls(**{name: getattr(whole, name) for name, _ in _fields(cls)})
+
+
 def combine(function: Callable[..., Any], first: R, *others: R) -> R:
     """A record whose every value is `function` of the same values of the given records."""
     values = {
