@@ -54,21 +54,35 @@ def open_fmu(path: Path) -> Archive:
         raise refuse(where, "no such file", valid, "Build the FMUs of this project with `macrostep build`.")
     if not zipfile.is_zipfile(path):
         raise refuse(where, "a file that is no zip archive", valid)
+    major = _declared_version(path, where, valid)
     try:
         description = read_model_description(str(path))
-    except (KeyError, OSError, zipfile.BadZipFile, etree.XMLSyntaxError) as error:
-        raise refuse(where, f"an archive that cannot be read ({error})", valid) from error
-    except Exception as error:
-        raise refuse(where, f"a model description that breaks the standard ({error})", valid) from error
-    major = str(description.fmiVersion).split(".")[0]
-    if major not in {"2", "3"}:
-        raise refuse(where, f"FMI version {description.fmiVersion}", "2.0 or 3.0")
+    except Exception as error:  # FMPy raises bare Exception for whatever the schema refuses
+        said = f"`{error}`, which is not there" if isinstance(error, KeyError) else str(error)
+        raise refuse(where, f"a model description that breaks the standard ({said})", valid) from error
     if description.coSimulation is None:
         raise refuse(
             where, "no Co-Simulation interface", "an FMU for Co-Simulation", "Export it again for Co-Simulation."
         )
     interface, references = _interface(path, description, Version(int(major)))
     return Archive(path, Version(int(major)), description, interface, references)
+
+
+def _declared_version(path: Path, where: str, valid: str) -> str:
+    """The major version of FMI that the description names."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            root = etree.fromstring(archive.read("modelDescription.xml"), etree.XMLParser(resolve_entities=False))
+    except (KeyError, OSError, zipfile.BadZipFile) as error:
+        raise refuse(where, "an archive without a readable modelDescription.xml", valid) from error
+    except etree.XMLSyntaxError as error:
+        raise refuse(where, f"a modelDescription.xml that is not well-formed ({error})", valid) from error
+    version = root.get("fmiVersion")
+    if root.tag != "fmiModelDescription" or version is None:
+        raise refuse(where, f"a modelDescription.xml that describes no FMU (its root is `{root.tag}`)", valid)
+    if version.split(".")[0] not in {"2", "3"}:
+        raise refuse(where, f"FMI version {version}", "2.0 or 3.0", "Export it again as FMI 2.0 or 3.0.")
+    return version.split(".")[0]
 
 
 def _interface(path: Path, description: ModelDescription, version: Version) -> tuple[Interface, dict[str, list[int]]]:

@@ -44,18 +44,17 @@ class FigureProcess:
 
 def draw_folder(folder: Path) -> None:
     """Draw the figures of the run in `folder`, from what it holds."""
-    import pandas as pd  # noqa: PLC0415 - whoever only starts the process does not wait for these
-
-    from orchestrator import figures, ssp_reader  # noqa: PLC0415
+    from orchestrator import figures, parquet, ssp_reader  # noqa: PLC0415 - who starts the process does not wait
 
     scenario = ssp_reader.read(folder / "system.ssp")
-    frame = pd.read_parquet(folder / "signals.parquet")
-    if scenario.scene is not None and len(frame):
-        figures.draw(frame, scenario.system, scenario.scene, folder / "figures")
+    rows = parquet.read_columns(folder / "signals.parquet")
+    if scenario.scene is not None and len(rows["time"]):
+        figures.draw(rows, scenario.system, scenario.scene, folder / "figures")
 
 
 if __name__ == "__main__":
     importlib.import_module("orchestrator.figures")  # get ready before there is work
+    importlib.import_module("orchestrator.parquet")
     importlib.import_module("orchestrator.ssp_reader")
     if request := sys.stdin.readline().strip():
         draw_folder(Path(request))

@@ -8,11 +8,11 @@ look for a screen and doubles the time to start.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
@@ -26,6 +26,9 @@ from orchestrator.path_geometry import path_lines
 from orchestrator.pictures import Cast, Columns
 from orchestrator.scene import Scene
 from orchestrator.system import System
+
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
 
 _WIDTH: Final = 7.2
 """[inch] of all figures: a text column"""
@@ -50,7 +53,7 @@ _FILES: Final = (
 )
 
 
-def draw(frame: pd.DataFrame, system: System, scene: Scene, folder: Path) -> list[Path]:
+def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, folder: Path) -> list[Path]:
     """Draw what there is to draw into `folder`, and name the files."""
     columns, who = Columns(frame, pictures.signals(system)), pictures.cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}

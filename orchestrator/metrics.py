@@ -19,9 +19,13 @@ def compute(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> dict
     """All metrics that the columns of `frame` allow; `roles` names the unit in each socket.
 
     SI units; `gap_obstacle` is the least distance between the ego's box and any obstacle's (0 on contact), `gap_edge`
-    between the ego's corners and the road's edges (negative outside).
+    between the ego's corners and the road's edges (negative outside). Rows with values that are not finite (the last
+    one of a run that broke) do not count.
     """
+    frame = frame[np.isfinite(frame.select_dtypes("floating").to_numpy()).all(axis=1)]
     found: dict[str, float] = {}
+    if frame.empty:
+        return found
     if "plant" in roles:
         found |= _motion(frame, roles["plant"]) | _tyres(frame, roles["plant"])
         found["gap_edge"] = float(edge_gap(ego_boxes(frame, roles["plant"], scene), scene).min())

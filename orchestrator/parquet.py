@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -15,6 +16,9 @@ from components.interfaces.quantity import Type
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
 from orchestrator.system import System
+
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
 
 
 def write_signals(frame: pd.DataFrame, scenario: Scenario, path: Path) -> None:
@@ -41,3 +45,17 @@ def _descriptions(system: System) -> dict[str, dict[str, str]]:
                 told["items"] = json.dumps({item.name: item.value for item in q.enumeration})
             found |= {f"{unit}.{element}": told for element in variable.elements}
     return found
+
+
+def read_columns(path: Path) -> dict[str, Any]:
+    """All rows of a run, column by column; people rather use `pandas.read_parquet`."""
+    table = pq.ParquetFile(path).read()
+    return {name: _values(table.column(name)) for name in table.column_names}
+
+
+def _values(column: pa.ChunkedArray) -> np.ndarray[Any, Any]:
+    """The values without a detour: `read_table` and pyarrow's own conversion to numpy import all of pandas."""
+    if pa.types.is_boolean(column.type):
+        return np.array(column.to_pylist(), dtype=bool)
+    parts = [np.from_dlpack(chunk) for chunk in column.chunks]
+    return np.concatenate(parts) if parts else np.zeros(0)

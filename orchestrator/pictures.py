@@ -6,19 +6,21 @@ column that was not recorded simply does not show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from components.interfaces.record import Variable
 from orchestrator.path_geometry import path_error
 from orchestrator.scene import Scene
 from orchestrator.system import System
+
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -82,9 +84,10 @@ def signals(system: System) -> list[Signal]:
 class Columns:
     """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`."""
 
-    def __init__(self, frame: pd.DataFrame, known: Sequence[Signal]) -> None:
-        at = {str(name): i for i, name in enumerate(frame.columns)}
-        self._rows = np.asfortranarray(frame.to_numpy(dtype=np.float64))
+    def __init__(self, frame: pd.DataFrame | Mapping[str, Any], known: Sequence[Signal]) -> None:
+        names = [str(name) for name in frame]
+        at = {name: i for i, name in enumerate(names)}
+        self._rows = np.asfortranarray(np.column_stack([np.asarray(frame[n], dtype=np.float64) for n in names]))
         self._places = {s.path: [at[c] for c in s.columns] for s in known if all(c in at for c in s.columns)}
         self.time: Array = self._rows[:, at["time"]]
         self.signals = [s for s in known if s.path in self._places]

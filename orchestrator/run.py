@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,22 +39,23 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
             raise refuse(
                 request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out"
             )
-        return ssp_reader.read(path, parse_settings(options.settings), options.step, options.stop_time)
+        found = ssp_reader.read(path, parse_settings(options.settings), options.step, options.stop_time)
+        if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
+            found = replace(found, remarks=("that run was cut short; this one begins anew",))
+        return found
     return prepare(request, options, progress)
 
 
 def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], drawing: FigureProcess) -> Finished:
     """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it. Raises `RequestError`."""
     simulation = Simulation(scenario.system, h=scenario.h, until=scenario.until)
-    folder = recorder.new_folder(scenario.name, out)
-    recorder.write_system(scenario, folder)
-    progress(f"stepping {scenario.name}")
-    fault: SimulationError | None = None
-    try:
-        with simulation:
-            simulation.run()
-    except SimulationError as error:
-        fault = error
+    with ExitStack() as running:
+        fault = _attempt(lambda: running.enter_context(simulation))  # a library that cannot be loaded leaves no folder
+        folder = recorder.new_folder(scenario.name, out)
+        recorder.write_system(scenario, folder)
+        if fault is None:
+            progress(f"stepping {scenario.name}")
+            fault = _attempt(simulation.run)
     frame = simulation.frame()
     write_signals(frame, scenario, folder / "signals.parquet")
     drawing.start(folder)
@@ -65,6 +67,14 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         told["figures"] = f"not drawn: {failed.splitlines()[-1]}"
     recorder.write_summary(told, folder)
     return Finished(folder, told, fault)
+
+
+def _attempt(action: Callable[[], object]) -> SimulationError | None:
+    try:
+        action()
+    except SimulationError as error:
+        return error
+    return None
 
 
 def _record(

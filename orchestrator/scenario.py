@@ -97,10 +97,14 @@ def built_folder() -> Path:
     return platformdirs.user_cache_path("macrostep") / "built"
 
 
-def block_named(name: str, where: str) -> type[Block[Any, Any, Any]]:
-    """A block of the catalogue. Raises `RequestError`."""
+def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
+    """A block of the catalogue, for a socket if one is named. Raises `RequestError`."""
+    fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
     if name not in BLOCKS:
-        raise refuse(where, f"the unknown block `{name}`", choices(BLOCKS), did_you_mean(name, BLOCKS))
+        remedy = did_you_mean(name, fitting) or "A file ends in .fmu."
+        raise refuse(where, f"the unknown block `{name}`", choices(fitting), remedy)
+    if name not in fitting:
+        raise refuse(where, f"`{name}`, a block of the socket `{BLOCKS[name].socket.name}`", choices(fitting))
     return BLOCKS[name]
 
 
@@ -131,7 +135,7 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     parts: dict[str, Part] = {}
     for socket in SOCKETS:
         parts[socket] = _replaced(socket, getattr(content, socket), options.replacements.get(socket), remarks)
-    kinds = {s: block_named(p.block, f"{name}: {s}.block") for s, p in parts.items() if p.block is not None}
+    kinds = {s: block_named(p.block, f"{name}: {s}.block", s) for s, p in parts.items() if p.block is not None}
 
     problems: list[Problem] = []
     sources: dict[str, Mapping[str, Any]] = {}
@@ -174,7 +178,7 @@ def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[st
         declared = {v.name for v in Fmu(Path(replacement)).interface.parameters}
         made = {"fmu": replacement, "block": None}
     else:
-        declared = {v.name for v in block_named(replacement, f"--{socket}").parameters()}
+        declared = {v.name for v in block_named(replacement, f"--{socket}", socket).parameters()}
         made = {"fmu": None, "block": replacement}
     kept = {n: g for n, g in given.items() if n in declared}
     dropped = sorted(given.keys() - kept.keys())

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
+from components.interfaces.problem import refuse
 from components.interfaces.quantity import Type
 from fmus.unit import DTYPES, Column, Operation, positions, widths
 from orchestrator.system import System
+
+LARGEST_LOG: Final = 4 * 2**30
+"""[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
 
 
 class Table:
@@ -127,6 +131,15 @@ class Log:
 
     def __init__(self, table: Table, length: int) -> None:
         self.kept = 0
+        wanted = length * sum(n * np.dtype(DTYPES[kind]).itemsize for kind, n in table.recorded.items())
+        if wanted > LARGEST_LOG:
+            found = f"{length} ticks, {wanted / 2**30:.3g} GiB of rows"
+            raise refuse(
+                "stop time",
+                found,
+                f"at most {LARGEST_LOG / 2**30:g} GiB of rows",
+                "Take a shorter run or a larger step.",
+            )
         self.rows = {kind: np.zeros((length, n), dtype=DTYPES[kind]) for kind, n in table.recorded.items()}
         self._copies = [(self.rows[kind], table.columns[kind][:n]) for kind, n in table.recorded.items() if n]
         self._numbers = table.columns[Type.FLOAT64][: table.recorded[Type.FLOAT64]]

@@ -13,8 +13,8 @@ from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.reference import Guidance, Reference
 from components.controller.solving import ITERATIONS, N_P, TOLERANCE, Decision, accepted, shifted
 from components.interfaces.block import Sampled, block
-from components.interfaces.buses import Actuation, Plan, Solver, VehicleState, Waypoints
-from components.interfaces.maths import Array, vector
+from components.interfaces.buses import Actuation, Plan, Solver, SolverStatus, VehicleState, Waypoints
+from components.interfaces.maths import Array, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import part, record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
@@ -127,12 +127,13 @@ def _outputs(problem: Problem, reference: Reference, decision: Decision) -> MpcO
     states = problem.prediction(decision.z)
     delta_f, T_r = problem.controls(decision.z)[0]
     horizon = reference.horizon
+    lost = decision.solver.status == float(SolverStatus.fallback)  # there may be no prediction: show the path
     return MpcOutputs(
         actuation=Actuation(delta_f=delta_f, T_r=T_r),
         path=reference.path,
         plan=Plan(
-            x=vector([s.x for s in states]),
-            y=vector([s.y for s in states]),
+            x=vector([where(lost, horizon.x_d[i], s.x) for i, s in enumerate(states)]),
+            y=vector([where(lost, horizon.y_d[i], s.y) for i, s in enumerate(states)]),
             x_d=horizon.x_d,
             y_d=horizon.y_d,
             y_upper=horizon.y_upper,

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pandas as pd
@@ -128,13 +129,14 @@ def test_an_option_with_the_wrong_type_is_exit_code_2(macrostep):
 
 @NO_PICTURES
 def test_a_fault_is_exit_code_1_and_keeps_every_row(macrostep, in_tmp_path):
-    code, _, err = macrostep("run", "static", "--blocks", "--set", "plant.v_x_start=0.0", "--out", "r")
+    code, _, err = macrostep("run", "static", "--blocks", "--set", "plant.C_alpha_f=1e300", "--out", "r")
     assert code == 1
-    assert "the run ended in a fault at tick 0 (t = 0 s), unit `plant`: the signal `plant." in err
+    assert "the run ended in a fault at tick " in err
+    assert "unit `plant`: the signal `plant." in err
     told = json.loads((in_tmp_path / "r" / "summary.json").read_text())
     assert told["status"] == "fault"
     assert told["fault"]["unit"] == "plant"
-    assert len(pd.read_parquet("r/signals.parquet")) == 1
+    assert len(pd.read_parquet("r/signals.parquet")) == told["fault"]["tick"] + 1
 
 
 def test_list_names_scenarios_and_blocks(macrostep):
@@ -176,3 +178,42 @@ def test_help_reads_well(macrostep, command):
     code, out, _ = macrostep(*command, "--help")
     assert code == 0
     assert "Usage" in out
+
+
+def test_an_fmu_without_its_library_is_refused_before_anything_is_written(macrostep, in_tmp_path, built_fmus):
+    with zipfile.ZipFile(built_fmus / "fmi3" / "bicycle.fmu") as whole, zipfile.ZipFile("bare.fmu", "w") as bare:
+        for name in whole.namelist():
+            if not name.startswith("binaries/"):
+                bare.writestr(name, whole.read(name))
+    code, _, err = macrostep("run", "static", "--blocks", "--plant", "bare.fmu", "--out", "r")
+    assert (code, "bare.fmu: found a library that cannot be loaded" in err) == (2, True)
+    assert not (in_tmp_path / "r").exists()
+
+
+@pytest.mark.parametrize(
+    ("description", "text"),
+    [
+        (None, "found an archive without a readable modelDescription.xml"),
+        ("<fmi", "found a modelDescription.xml that is not well-formed"),
+        ("<html/>", "found a modelDescription.xml that describes no FMU (its root is `html`)"),
+        ('<fmiModelDescription fmiVersion="1.0"/>', "found FMI version 1.0; valid: 2.0 or 3.0"),
+        ('<fmiModelDescription fmiVersion="2.0"/>', "found a model description that breaks the standard"),
+    ],
+)
+def test_a_file_that_is_no_fmu_is_told_why(macrostep, description, text):
+    with zipfile.ZipFile("some.fmu", "w") as archive:
+        archive.writestr("readme.txt" if description is None else "modelDescription.xml", description or "x")
+    code, _, err = macrostep("run", "static", "--blocks", "--plant", "some.fmu")
+    assert (code, text in err) == (2, True)
+
+
+def test_a_run_that_would_not_fit_into_memory_is_refused(macrostep):
+    code, _, err = macrostep("run", "static", "--blocks", "--stop-time", "1e9")
+    assert code == 2
+    assert "stop time: found 10000000001 ticks" in err
+
+
+def test_a_run_that_was_cut_short_is_repeated_with_a_note(macrostep, in_tmp_path):
+    macrostep("run", "idle", "--blocks", "--out", "r")
+    (in_tmp_path / "r" / "summary.json").unlink()
+    assert "note: that run was cut short" in macrostep("run", "r", "--out", "again")[2]

@@ -91,3 +91,9 @@ def test_corridor_violations_count_predicted_points_outside():
 
 def test_a_system_without_sockets_has_no_metrics():
     assert compute(rows(), {}, SCENE) == {}
+
+
+def test_rows_that_are_no_numbers_do_not_count():
+    broken = compute(rows(car__state__x=[0, 0, 0, 0, np.nan]), ROLES, SCENE)
+    assert broken == compute(rows(car__state__x=[0.0] * 5).iloc[:-1], ROLES, SCENE)
+    assert compute(rows(car__state__x=[np.nan] * 5), ROLES, SCENE) == {}
