@@ -7,7 +7,7 @@ flat tables: one column of memory per type that all units write to and read from
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -17,6 +17,7 @@ import pandas as pd
 
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
+from components.interfaces.record import Variable
 from fmus.unit import Operation, Unit, UnitError
 from orchestrator.schedule import Act, Schedule, sequential
 from orchestrator.system import System
@@ -66,6 +67,8 @@ class Simulation:
         self.log = Log(self._table, self.last_tick + 1)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] wall time of each macro step"""
+        self._written: list[tuple[int, str, Any]] = []
+        """From which row on an input is held at a value, or by its connection again (None)"""
         self._units: dict[str, Unit] = {}
         self._before: list[tuple[Callable[..., object], bool]] = []
         self._after: list[tuple[Callable[..., object], bool]] = []
@@ -183,12 +186,14 @@ class Simulation:
         if problems := variable.quantity.problems(path, value):
             raise refuse(path, problems[0].found, problems[0].valid)
         self._table.hold(unit, name, value)
+        self._written.append((self.tick + 1, path, value))
         self._lower()
 
     def release(self, path: str) -> None:
         """Give a written input back to its connection."""
         unit, _, name = self._known(path, "inputs").partition(".")
         self._table.release(unit, name)
+        self._written.append((self.tick + 1, path, None))
         self._lower()
 
     def _known(self, path: str, role: str) -> str:
@@ -198,12 +203,32 @@ class Simulation:
         return path
 
     def frame(self) -> pd.DataFrame:
-        """All rows so far: column `time` [s], then one column per signal element."""
+        """All rows so far: column `time` [s], then one per signal element, then the inputs that were written."""
         n = self.log.kept
         columns: dict[str, Any] = {"time": np.arange(n) * self.h}
         for name, kind, at in self._table.elements():
             columns[name] = self.log.rows[kind][:n, at].copy()
+        for path in dict.fromkeys(path for _, path, _ in self._written):
+            columns |= self._received(path, columns, n)
         return pd.DataFrame(columns)
+
+    def _received(self, path: str, columns: Mapping[str, Any], n: int) -> dict[str, Any]:
+        """What a written input received in each row: its connection's values, or those that were written."""
+        unit, _, name = path.partition(".")
+        variable = self.system.variable(path, role="inputs")
+        wires = [c for c in self.system.connections if (c.unit, c.input) == (unit, name)]
+        found: dict[str, Any] = {}
+        for i, element in enumerate(variable.elements):
+            if wires:
+                output = Variable(wires[0].output, variable.quantity).elements[i]
+                before = columns[f"{wires[0].source}.{output}"]
+            else:
+                before = np.full(n, np.ravel(self.system.held[path])[i])
+            values = before.copy()
+            for row, _, value in (w for w in self._written if w[1] == path):
+                values[row:] = before[row:] if value is None else np.ravel(value)[i]
+            found[f"{unit}.{element}"] = values
+        return found
 
     def close(self) -> None:
         """Release all units; rows stay."""

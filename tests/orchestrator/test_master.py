@@ -91,6 +91,23 @@ def test_a_written_input_acts_from_the_next_step_and_is_seen_by_feedthrough(stat
         assert simulation.read("plant.tyre.alpha_f") == pytest.approx((v_y + 1.2 * r) / x - 0.2, rel=1e-12)
 
 
+def test_what_a_written_input_received_stands_in_the_rows(static):
+    with Simulation(static.system, h=0.1, until=1.0) as simulation:
+        for tick in simulation:
+            if tick.tick == 3:
+                simulation.write("plant.actuation.delta_f", 0.2)
+            if tick.tick == 6:
+                simulation.release("plant.actuation.delta_f")
+        frame = simulation.frame()
+    received, asked = frame["plant.actuation.delta_f"], frame["controller.actuation.delta_f"]
+    held = frame.index.isin([4, 5, 6])
+    assert (received[held] == 0.2).all()
+    assert (received[~held] == asked[~held]).all()
+    alpha_f = (frame["plant.state.v_y"] + 1.2 * frame["plant.state.r"]) / frame["plant.state.v_x"] - received
+    np.testing.assert_allclose(frame["plant.tyre.alpha_f"], alpha_f, atol=1e-14)
+    assert "plant.actuation.T_r" not in frame
+
+
 def test_a_row_holds_the_state_at_an_instant_and_the_actuation_computed_from_it(static):
     frame = simulate(static.system, h=0.1, until=5.0)
     s = frame.filter(like="plant.state.").rename(columns=lambda c: c.removeprefix("plant.state."))
