@@ -77,7 +77,7 @@ class MpcPlus(Guidance, PlusConstants, Sampled[ControllerInputs, PlusMemory, Plu
       square, instead of a potential of its centre of gravity that can be crossed;
     * the share of the friction limit that linear tyres would ask for is a constraint with slack, too;
     * the steering rate is weighted and bounded;
-    * the path's arcs use a share `mu_share` of the friction, so that there is some left to correct with.
+    * the path's arcs can use a share `mu_share` of the friction, to leave some for corrections.
 
     Solved by `ilqr`, a fixed number of iterations from the previous plan shifted by one step. `solver.kkt` is the
     relative decrease of the cost in the last iteration. Obstacles that the path does not pass beside (one that is
