@@ -54,9 +54,11 @@ def open_fmu(path: Path) -> Archive:
         raise refuse(where, "no such file", valid, "Build the FMUs of this project with `macrostep build`.")
     if not zipfile.is_zipfile(path):
         raise refuse(where, "a file that is no zip archive", valid)
-    major = _declared_version(path, where, valid)
+    root = _description_root(path, where, valid)
+    version = _declared_version(root, where, valid)
     try:
-        description = read_model_description(str(path))
+        with path.open("rb") as file:  # given a path, FMPy leaves it open when it fails
+            description = read_model_description(file)
     except Exception as error:  # FMPy raises bare Exception for whatever the schema refuses
         said = f"`{error}`, which is not there" if isinstance(error, KeyError) else str(error)
         raise refuse(where, f"a model description that breaks the standard ({said})", valid) from error
@@ -64,28 +66,32 @@ def open_fmu(path: Path) -> Archive:
         raise refuse(
             where, "no Co-Simulation interface", "an FMU for Co-Simulation", "Export it again for Co-Simulation."
         )
-    interface, references = _interface(path, description, Version(int(major)))
-    return Archive(path, Version(int(major)), description, interface, references)
+    interface, references = _interface(root, description, version)
+    return Archive(path, version, description, interface, references)
 
 
-def _declared_version(path: Path, where: str, valid: str) -> str:
-    """The major version of FMI that the description names."""
+def _description_root(path: Path, where: str, valid: str) -> Any:
+    """The root element of the model description."""
     try:
         with zipfile.ZipFile(path) as archive:
-            root = etree.fromstring(archive.read("modelDescription.xml"), etree.XMLParser(resolve_entities=False))
+            return etree.fromstring(archive.read("modelDescription.xml"), etree.XMLParser(resolve_entities=False))
     except (KeyError, OSError, zipfile.BadZipFile) as error:
         raise refuse(where, "an archive without a readable modelDescription.xml", valid) from error
     except etree.XMLSyntaxError as error:
         raise refuse(where, f"a modelDescription.xml that is not well-formed ({error})", valid) from error
+
+
+def _declared_version(root: Any, where: str, valid: str) -> Version:
+    """The version of FMI that the description names."""
     version = root.get("fmiVersion")
     if root.tag != "fmiModelDescription" or version is None:
         raise refuse(where, f"a modelDescription.xml that describes no FMU (its root is `{root.tag}`)", valid)
     if version.split(".")[0] not in {"2", "3"}:
         raise refuse(where, f"FMI version {version}", "2.0 or 3.0", "Export it again as FMI 2.0 or 3.0.")
-    return version.split(".")[0]
+    return Version(int(version.split(".")[0]))
 
 
-def _interface(path: Path, description: ModelDescription, version: Version) -> tuple[Interface, dict[str, list[int]]]:
+def _interface(root: Any, description: ModelDescription, version: Version) -> tuple[Interface, dict[str, list[int]]]:
     chosen: dict[str, list[tuple[Variable, Any, list[int]]]] = {"input": [], "output": [], "parameter": []}
     for causality, group in chosen.items():
         scalars = [v for v in description.modelVariables if v.causality == causality and v.type in _TYPES]
@@ -97,7 +103,7 @@ def _interface(path: Path, description: ModelDescription, version: Version) -> t
         outputs=tuple(outputs),
         parameters=tuple(parameters),
         feedthrough=_feedthrough(description, outputs, inputs),
-        output_after_set=_output_after_set(path),
+        output_after_set=_output_after_set(root),
         starts={v.name: start for group in chosen.values() for v, start, _ in group if start is not None},
     )
     return interface, {v.name: refs for group in chosen.values() for v, _, refs in group}
@@ -178,8 +184,6 @@ def _whole(name: str, known: dict[str, int]) -> str | None:
     return match["name"] if match and match["name"] in known else None
 
 
-def _output_after_set(path: Path) -> bool:
+def _output_after_set(root: Any) -> bool:
     """Whether the FMU promises, by our vendor annotation, that its outputs follow its inputs before the step."""
-    with zipfile.ZipFile(path) as archive:
-        root = etree.fromstring(archive.read("modelDescription.xml"), etree.XMLParser(resolve_entities=False))
     return bool(root.xpath("//*[local-name()='Outputs' and @afterSet='true']"))
