@@ -22,9 +22,9 @@ from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.problem import refuse
-from components.interfaces.quantity import Type
+from components.interfaces.quantity import DTYPES, Type
 from fmus.archive import Archive
-from fmus.unit import DTYPES, Column, Operation, Unit, UnitError, by_type
+from fmus.unit import Column, Operation, Unit, UnitError, by_type
 from fmus.version import Version
 
 _ADDRESS = ctypes.c_size_t
@@ -35,11 +35,10 @@ _NATIVE: Mapping[Version, Mapping[Type, tuple[str, type[np.generic]]]] = {
         Type.INT32: ("Integer", np.int32),
         Type.BOOLEAN: ("Boolean", np.int32),
         Type.ENUMERATION: ("Integer", np.int32),
+        Type.STRING: ("String", np.object_),
     },
     Version.FMI3: {
-        Type.FLOAT64: ("Float64", np.float64),
-        Type.INT32: ("Int32", np.int32),
-        Type.BOOLEAN: ("Boolean", np.bool_),
+        **{kind: (kind.value, dtype) for kind, dtype in DTYPES.items()},
         Type.ENUMERATION: ("Int64", np.int64),
     },
 }
@@ -116,6 +115,8 @@ class FmuUnit(Unit):
         """One call that moves the values of all `names`, which are of one type, to or from `column`."""
         access, native = _NATIVE[self._archive.version][kind]
         references = np.array([ref for n in names for ref in self._archive.references[n]], dtype=np.uint32)
+        if not kind.is_number:
+            return self._text_mover(direction, kind, references, column)
         shared = column.dtype == native and column.flags.c_contiguous
         values = column if shared else np.zeros(column.size, dtype=native)
         self._kept += [references, values]
@@ -136,9 +137,33 @@ class FmuUnit(Unit):
 
         return converted_set if direction == "Set" else converted_get
 
-    def _set_parameters(self, parameters: Mapping[str, Any]) -> None:
+    def _text_mover(self, direction: str, kind: Type, references: Column, column: Column) -> Operation:
+        """The same for String and Binary, whose values are copied one by one."""
+        self._kept.append(references)
+        n, binary = column.size, kind is Type.BINARY
+        pointers = (ctypes.c_char_p * n)() if direction == "Set" else (ctypes.c_void_p * n)()
+        sizes = (ctypes.c_size_t * n)()
+        function = self._function(f"{direction}{kind.value}", [_ADDRESS] * (4 + binary + (self.prefix == "fmi3")))
+        arguments = [self._component, references.ctypes.data, references.size]
+        arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)] + [n] * (self.prefix == "fmi3")
+
+        def set_values() -> object:
+            data = column.tolist() if binary else [text.encode() for text in column.tolist()]
+            pointers[:], sizes[:] = data, [len(item) for item in data]
+            return function(*arguments)
+
+        def get_values() -> object:
+            status = function(*arguments)
+            lengths = sizes if binary else [-1] * n
+            found = [ctypes.string_at(p, size) if p else b"" for p, size in zip(pointers, lengths, strict=True)]
+            column[:] = found if binary else [item.decode("utf-8", "replace") for item in found]
+            return status
+
+        return set_values if direction == "Set" else get_values
+
+    def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
         for variable in self.interface.parameters:
-            if variable.name in parameters:
+            if variable.name in parameters and (variable.name in self._archive.structural) is structural:
                 kind = variable.quantity.type
                 column = np.array(parameters[variable.name], dtype=DTYPES[kind]).ravel()
                 if status := self._mover("Set", kind, [variable.name], column)():
@@ -216,6 +241,10 @@ class Fmu3Unit(FmuUnit):
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
+        if set(self._archive.structural) & parameters.keys():
+            self._check("Configuration Mode was refused", self._fmu.enterConfigurationMode)
+            self._set_parameters(parameters, structural=True)
+            self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
         arguments = [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[_ADDRESS] * 4]

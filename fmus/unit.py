@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,6 @@ from components.interfaces.record import Variable
 Column: TypeAlias = NDArray[Any]
 Operation: TypeAlias = Callable[[], object]
 """One call that moves values; it returns a false value, or the FMI status that it met."""
-
-DTYPES: Final[Mapping[Type, type[np.generic]]] = {
-    Type.FLOAT64: np.float64,
-    Type.INT32: np.int32,
-    Type.BOOLEAN: np.bool_,
-    Type.ENUMERATION: np.int64,
-}
-"""How values of each type lie in memory; one column per type holds all signals of a system."""
 
 
 @dataclass(frozen=True)

@@ -5,20 +5,41 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol
 
 import numpy as np
 
 from components.interfaces.block import Block
+from components.interfaces.conversion import IDENTITY, Linear, Transformation, type_fits, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from fmus.archive import Archive, open_fmu
 from fmus.block_unit import BlockUnit, interface_of
 from fmus.fmu_unit import fmu_unit
 from fmus.unit import Interface, Unit
+
+
+class Source(Protocol):
+    """What a unit of a system is made from, with the parameter values that are given."""
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """Values by name; where the interface has start values, only those that differ."""
+        ...
+
+    @property
+    def interface(self) -> Interface:
+        """What the unit looks like from outside. Raises `RequestError`."""
+        ...
+
+    def make(self, name: str) -> Unit:
+        """The running unit."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -48,7 +69,7 @@ class Fmu:
     @cached_property
     def archive(self) -> Archive:
         """The file, opened and understood. Raises `RequestError`."""
-        return open_fmu(Path(self.path))
+        return open_fmu(Path(self.path), self.parameters)
 
     @property
     def interface(self) -> Interface:
@@ -58,9 +79,6 @@ class Fmu:
     def make(self, name: str) -> Unit:
         """The running unit."""
         return fmu_unit(name, self.archive)
-
-
-Source: TypeAlias = InProcess | Fmu
 
 
 def block_source(value: Block[Any, Any, Any]) -> InProcess:
@@ -76,6 +94,8 @@ class Connection:
     input: str
     source: str
     output: str
+    conversion: Transformation = IDENTITY
+    """From the output's unit to the input's, and what the system asks for beyond that"""
 
     def __str__(self) -> str:
         return f"{self.source}.{self.output} -> {self.unit}.{self.input}"
@@ -86,7 +106,9 @@ class System:
     """Units, what drives each of their inputs, and the sockets they fill.
 
     `wiring` maps an input (a signal, or a whole bus) to the output that drives it, both with their unit:
-    ``{"controller.ego": "plant.state"}``. `held` gives inputs a constant value instead.
+    ``{"controller.ego": "plant.state"}``. `held` gives inputs a constant value instead. Units of measurement are
+    converted on the way; `transformations` (by input signal) then apply. `steps` gives units a step of their own, as a
+    multiple of the macro step: a whole number, or one part of a whole number.
     All problems are gathered and raised at once, as a `RequestError`.
     """
 
@@ -94,6 +116,8 @@ class System:
     wiring: Mapping[str, str]
     held: Mapping[str, Any] = field(default_factory=dict[str, Any])
     sockets: Mapping[str, Socket] = field(default_factory=dict[str, Socket])
+    transformations: Mapping[str, Transformation] = field(default_factory=dict[str, Transformation])
+    steps: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
 
     def __post_init__(self) -> None:
         raise_if_any(_problems(self))
@@ -129,6 +153,18 @@ def _problems(system: System) -> Iterator[Problem]:
             driven[path] = f"{found.source}.{found.output}"
             yield from _mismatch(system, found)
     yield from _held_problems(system, driven)
+    for path in system.transformations.keys() - driven.keys():
+        yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
+    yield from _step_problems(system)
+
+
+def _step_problems(system: System) -> Iterator[Problem]:
+    for name, ratio in system.steps.items():
+        if name not in system.units:
+            yield Problem(f"step of `{name}`", "an unknown unit", choices(system.units))
+        elif ratio <= 0 or 1 not in (ratio.numerator, ratio.denominator):
+            valid = "a whole multiple of the macro step, or a whole part of it"
+            yield Problem(f"step of `{name}`", f"{ratio} macro steps", valid)
 
 
 def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Problem]:
@@ -182,11 +218,33 @@ def _expand(system: System, key: str, value: str) -> Iterator[Connection | Probl
         elif wanted not in outputs:
             yield Problem(f"{source}.{wanted}", "no such output", choices(outputs), did_you_mean(wanted, outputs))
         else:
-            yield Connection(unit, name, source, wanted)
+            conversion = _conversion(system, Connection(unit, name, source, wanted))
+            yield Connection(unit, name, source, wanted, conversion)
+
+
+def _ends(system: System, wire: Connection) -> tuple[Quantity, Quantity]:
+    wanted = system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity
+    return system.variable(f"{wire.source}.{wire.output}").quantity, wanted
+
+
+def _conversion(system: System, wire: Connection) -> Transformation:
+    """The change of unit, then what the system asks for; units that do not fit are told as a problem elsewhere."""
+    unit = unit_conversion(*_ends(system, wire)) or IDENTITY
+    asked = system.transformations.get(f"{wire.unit}.{wire.input}", IDENTITY)
+    return asked.after(unit) if isinstance(asked, Linear) else asked
 
 
 def _mismatch(system: System, wire: Connection) -> Iterator[Problem]:
-    wanted = system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity
-    found = system.variable(f"{wire.source}.{wire.output}").quantity
-    if (wanted.type, wanted.unit, wanted.shape) != (found.type, found.unit, found.shape):
-        yield Problem(str(wire), describe(found), describe(wanted))
+    found, wanted = _ends(system, wire)
+    transformation = system.transformations.get(f"{wire.unit}.{wire.input}")
+    fits = type_fits(found, wanted) and unit_conversion(found, wanted) is not None
+    if not fits or wanted.shape != found.shape:
+        yield Problem(str(wire), describe(found), describe(wanted), _remedy(found, wanted))
+    elif isinstance(transformation, Linear) and not (found.type.is_float or transformation == IDENTITY):
+        yield Problem(str(wire), f"a linear transformation of {describe(found)}", "one of a Float64 or Float32")
+
+
+def _remedy(found: Quantity, wanted: Quantity) -> str:
+    if found.type.is_integer and wanted.type.is_integer and not type_fits(found, wanted):
+        return "An integer goes into one that can hold all of its values."
+    return ""

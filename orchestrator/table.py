@@ -8,9 +8,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.problem import refuse
-from components.interfaces.quantity import Type
-from fmus.unit import DTYPES, Column, Operation, positions, widths
+from components.interfaces.quantity import DTYPES, Type, zeros
+from fmus.unit import Column, Operation, positions, widths
 from orchestrator.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
@@ -36,7 +37,7 @@ class Table:
                     length[kind] += n
             if role == "outputs":
                 self.recorded = dict(length)
-        self.columns: dict[Type, Column] = {kind: np.zeros(n, dtype=DTYPES[kind]) for kind, n in length.items()}
+        self.columns: dict[Type, Column] = {kind: zeros(kind, n) for kind, n in length.items()}
         self._held: set[tuple[str, str]] = set()
         self._gathers: dict[str, list[Operation]] = {}
         for path, value in system.held.items():
@@ -58,23 +59,32 @@ class Table:
         """Where a unit reads its inputs; `gathers` has to bring them there first."""
         drivers = {c.input: c for c in self.system.connections if c.unit == unit}
         indices: dict[Type, list[int]] = {}
+        converted: list[tuple[Type, slice, Column, Transformation]] = []
         for variable in self.system.units[unit].interface.inputs:
             wire = drivers.get(variable.name)
-            if wire is None or (unit, variable.name) in self._held:
-                kind, slots = self._slots(unit, variable.name, "inputs")
-            else:
-                kind, slots = self._slots(wire.source, wire.output, "outputs")
-            indices.setdefault(kind, []).extend(range(slots.start, slots.stop))
+            kind, slots = self._slots(unit, variable.name, "inputs")
+            places = indices.setdefault(kind, [])
+            if wire is not None and (unit, variable.name) not in self._held:
+                source, there = self._slots(wire.source, wire.output, "outputs")
+                if source == kind and wire.conversion == IDENTITY:
+                    slots = there
+                else:
+                    mine = slice(len(places), len(places) + variable.size)
+                    converted.append((kind, mine, self.columns[source][there], wire.conversion))
+            places.extend(range(slots.start, slots.stop))
         found: dict[Type, Column] = {}
         self._gathers[unit] = []
         for kind, places in indices.items():
             column = self.columns[kind]
-            if places == list(range(places[0], places[0] + len(places))):
+            apart = any(target == kind for target, *_ in converted)
+            if not apart and places == list(range(places[0], places[0] + len(places))):
                 found[kind] = column[places[0] : places[0] + len(places)]
             else:
-                found[kind] = np.zeros(len(places), dtype=column.dtype)
+                found[kind] = zeros(kind, len(places))
                 # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
                 self._gathers[unit].append(_gather(column, np.array(places), found[kind]))
+        for kind, mine, values, conversion in converted:
+            self._gathers[unit].append(_convert(values, conversion, found[kind][mine]))
         return found
 
     def gathers(self, unit: str) -> list[Operation]:
@@ -87,7 +97,9 @@ class Table:
         variable = self.system.variable(path)
         kind, slots = self._slots(unit, name, "outputs")
         values = self.columns[kind][slots]
-        return values.reshape(variable.shape).copy() if variable.shape else values[0].item()
+        if variable.shape:
+            return values.reshape(variable.shape).copy()
+        return values[0].item() if kind.is_number else values[0]
 
     def hold(self, unit: str, name: str, value: Any) -> None:
         """Give an input a constant value in place of its connection."""
@@ -110,10 +122,9 @@ class Table:
 
     def first_not_finite(self) -> tuple[str, float]:
         """The first output that is not a finite number."""
-        values = self.columns[Type.FLOAT64]
         for path, kind, at in self.elements():
-            if kind is Type.FLOAT64 and not np.isfinite(values[at]):
-                return path, float(values[at])
+            if kind.is_float and not np.isfinite(self.columns[kind][at]):
+                return path, float(self.columns[kind][at])
         raise LookupError("all signals are finite")
 
 
@@ -124,6 +135,15 @@ def _gather(column: Column, places: Column, out: Column) -> Operation:
         take()
 
     return gather
+
+
+def _convert(values: Column, conversion: Transformation, out: Column) -> Operation:
+    """Bring values of another type or unit to where an input is read."""
+
+    def convert() -> None:
+        out[:] = values if conversion == IDENTITY else conversion(values)
+
+    return convert
 
 
 class Log:
@@ -140,16 +160,20 @@ class Log:
                 f"at most {LARGEST_LOG / 2**30:g} GiB of rows",
                 "Take a shorter run or a larger step.",
             )
-        self.rows = {kind: np.zeros((length, n), dtype=DTYPES[kind]) for kind, n in table.recorded.items()}
+        self.rows = {kind: zeros(kind, (length, n)) for kind, n in table.recorded.items()}
         self._copies = [(self.rows[kind], table.columns[kind][:n]) for kind, n in table.recorded.items() if n]
-        self._numbers = table.columns[Type.FLOAT64][: table.recorded[Type.FLOAT64]]
-        self._finite = np.zeros(self._numbers.shape, dtype=np.bool_)
-        self._all_finite = np.ones_like(self._finite).tobytes()
+        floats = [table.columns[kind][:n] for kind, n in table.recorded.items() if kind.is_float and n]
+        self._numbers = [
+            (values, finite := np.ones(values.shape, dtype=np.bool_), finite.tobytes()) for values in floats
+        ]
 
     def keep(self, tick: int) -> bool:
         """Keep the present values as the row of `tick`; tells whether all of them are finite."""
         for rows, values in self._copies:
             rows[tick] = values
         self.kept = tick + 1
-        np.isfinite(self._numbers, self._finite)
-        return self._finite.tobytes() == self._all_finite  # three times faster than `all` on a short row
+        for values, finite, good in self._numbers:
+            np.isfinite(values, finite)
+            if finite.tobytes() != good:  # three times faster than `all` on a short row
+                return False
+        return True

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from components.interfaces.problem import Problem, choices, refuse
-from components.interfaces.unit_strings import UNITS
+from components.interfaces.unit_strings import UNITS, BaseUnit, base_unit
 
 Dimension: TypeAlias = int | str
 """A length, or the name of a structural constant of the block (`"N_p"`) that gives it."""
@@ -19,14 +19,57 @@ class Type(StrEnum):
     """The FMI 3.0 types that signals and parameters have."""
 
     FLOAT64 = "Float64"
+    FLOAT32 = "Float32"
+    INT8 = "Int8"
+    UINT8 = "UInt8"
+    INT16 = "Int16"
+    UINT16 = "UInt16"
     INT32 = "Int32"
+    UINT32 = "UInt32"
+    INT64 = "Int64"
+    UINT64 = "UInt64"
     BOOLEAN = "Boolean"
     ENUMERATION = "Enumeration"
+    STRING = "String"
+    BINARY = "Binary"
+
+    @property
+    def is_float(self) -> bool:
+        """Whether values have a fraction, and so a unit."""
+        return self in (Type.FLOAT64, Type.FLOAT32)
+
+    @property
+    def is_integer(self) -> bool:
+        """Whether values are whole numbers of a fixed width."""
+        return "Int" in self.value
+
+    @property
+    def is_number(self) -> bool:
+        """Whether values can be reckoned with: floats, integers, enumerations and Booleans."""
+        return self not in (Type.STRING, Type.BINARY)
+
+
+DTYPES: Final[dict[Type, type[np.generic]]] = {
+    **{kind: getattr(np, kind.value.lower()) for kind in Type if kind.is_float or kind.is_integer},
+    Type.BOOLEAN: np.bool_,
+    Type.ENUMERATION: np.int64,
+    Type.STRING: np.object_,
+    Type.BINARY: np.object_,
+}
+"""How values of each type lie in memory; one column per type holds all signals of a system."""
+
+
+def zeros(kind: Type, shape: int | tuple[int, ...]) -> np.ndarray[Any, Any]:
+    """Memory for values of a type: zeros, false, empty texts."""
+    return np.full(shape, {Type.STRING: "", Type.BINARY: b""}.get(kind, 0), dtype=DTYPES[kind])
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Meaning, unit, type, shape and range of one signal, state or parameter."""
+    """Meaning, unit, type, shape and range of one signal, state or parameter.
+
+    Quantities of foreign files may declare no unit (the empty string), and bring the definition of theirs (`base`).
+    """
 
     unit: str
     description: str
@@ -35,6 +78,12 @@ class Quantity:
     min: float | None = None
     max: float | None = None
     enumeration: type[IntEnum] | None = None
+    base: BaseUnit | None = None
+
+    @property
+    def base_unit(self) -> BaseUnit | None:
+        """What the unit means: as the file it comes from defines it, else what everybody knows, else None."""
+        return self.base or base_unit(self.unit)
 
     @property
     def range(self) -> str:
@@ -43,33 +92,61 @@ class Quantity:
             return choices(item.name for item in self.enumeration)
         low = "" if self.min is None else f"{self.min:g} <= "
         high = "" if self.max is None else f" <= {self.max:g}"
-        kind = {Type.INT32: "whole number", Type.BOOLEAN: "true or false"}.get(self.type, "finite number")
-        return f"{low}{kind}{high}" + (f" [{self.unit}]" if self.unit != "1" else "")
+        return f"{low}{_WORDS.get(self.type, 'whole number')}{high}" + (
+            f" [{self.unit}]" if self.unit not in {"", "1"} else ""
+        )
 
     def problems(self, where: str, value: object) -> list[Problem]:
         """What is wrong with `value` as a value of this quantity (type, shape, finiteness, range)."""
+        if not self.type.is_number:
+            return self._text_problems(where, value)
         try:
             found = np.asarray(value)
         except ValueError:  # rows of different lengths
             return [Problem(where, f"`{value}` (not an array)", self.range)]
-        if found.dtype.kind not in _KINDS[self.type]:
+        if found.dtype.kind not in _KINDS.get(self.type, "iu"):
             return [Problem(where, f"`{value}` ({_kind(found)})", self.range)]
         if found.shape != self.shape:
             return [Problem(where, f"shape {found.shape}", f"shape {self.shape}")]
         numbers = found.astype(float)
         wrong = ~np.isfinite(numbers)
-        if self.min is not None:
-            wrong |= numbers < self.min
-        if self.max is not None:
-            wrong |= numbers > self.max
+        low, high = self.bounds
+        if low is not None:
+            wrong |= numbers < low
+        if high is not None:
+            wrong |= numbers > high
         if self.enumeration is not None:
             wrong |= ~np.isin(numbers, [item.value for item in self.enumeration])
         if wrong.any():
             return [Problem(where, f"{found[wrong].tolist()[0] if found.shape else value}", self.range)]
         return []
 
+    @property
+    def bounds(self) -> tuple[float | None, float | None]:
+        """The least and the largest valid value: what is declared, within what the integer's width can hold."""
+        if not self.type.is_integer:
+            return self.min, self.max
+        width = np.iinfo(DTYPES[self.type])  # type: ignore[arg-type]
+        return (width.min if self.min is None else self.min), (width.max if self.max is None else self.max)
 
-_KINDS = {Type.FLOAT64: "fiu", Type.INT32: "iu", Type.BOOLEAN: "b", Type.ENUMERATION: "iu"}
+    def _text_problems(self, where: str, value: object) -> list[Problem]:
+        kind = str if self.type is Type.STRING else bytes
+        found = np.asarray(value, dtype=object)
+        if found.shape != self.shape:
+            return [Problem(where, f"shape {found.shape}", f"shape {self.shape}")]
+        wrong = [item for item in found.ravel().tolist() if not isinstance(item, kind)]
+        return [Problem(where, f"`{wrong[0]}`", self.range)] if wrong else []
+
+
+_KINDS = {Type.FLOAT64: "fiu", Type.FLOAT32: "fiu", Type.BOOLEAN: "b"}
+_WORDS = {
+    Type.FLOAT64: "finite number",
+    Type.FLOAT32: "finite number",
+    Type.BOOLEAN: "true or false",
+    Type.STRING: "text",
+    Type.BINARY: "bytes",
+    Type.ENUMERATION: "whole number",
+}
 
 
 def _kind(value: np.ndarray[Any, Any]) -> str:

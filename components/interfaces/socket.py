@@ -76,10 +76,11 @@ def _agrees(wanted: Quantity, found: Quantity) -> bool:
     same_shape = len(wanted.shape) == len(found.shape) and all(
         ANY_LENGTH in (a, b) or a == b for a, b in zip(wanted.shape, found.shape, strict=True)
     )
-    return same_shape and wanted.unit == found.unit and wanted.type == found.type
+    return same_shape and found.unit in (wanted.unit, "") and wanted.type == found.type
 
 
 def describe(q: Quantity) -> str:
     """Type, unit and shape of a quantity as text."""
     shape = "" if not q.shape else f" of shape ({', '.join('any' if n == ANY_LENGTH else str(n) for n in q.shape)})"
-    return f"{q.type} in `{q.unit}`{shape}"
+    unit = f" in `{q.unit}`" if q.unit else (" without a unit" if q.type.is_float else "")
+    return f"{q.type}{unit}{shape}"

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from components import BLOCKS
-from components.interfaces.quantity import Type
+from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.record import Variable
-from fmus.unit import DTYPES, Column, Unit, positions, widths
+from fmus.unit import Column, Unit, positions, widths
 from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Timing
 from orchestrator.reproduction.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options

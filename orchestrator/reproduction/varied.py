@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import pandas as pd
 
@@ -133,5 +133,5 @@ def _given(made: Scenario, unit: str) -> dict[str, Given]:
 
 def _changed(source: Source, values: Mapping[str, Any]) -> Source:
     """The same unit with other values; an FMU is neither read nor opened again."""
-    changed = dataclasses.replace(source, parameters=values)
+    changed: Source = dataclasses.replace(cast(Any, source), parameters=values)
     return keep(changed, source) if isinstance(changed, Fmu) and isinstance(source, Fmu) else changed

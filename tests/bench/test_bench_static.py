@@ -10,9 +10,10 @@ from functools import partial
 import numpy as np
 import pytest
 
+from components.interfaces.quantity import DTYPES
 from fmus.archive import open_fmu
 from fmus.fmu_unit import fmu_unit
-from fmus.unit import DTYPES, widths
+from fmus.unit import widths
 from fmus.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare

@@ -1,0 +1,88 @@
+"""Conversions: how a value of one quantity becomes a value of another, and when it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.quantity import DTYPES, Quantity, Type
+
+
+@dataclass(frozen=True)
+class Linear:
+    """``y = factor * x + offset``: a change of unit, or SSP's linear transformation."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __call__(self, x: Any) -> Any:
+        """The converted numbers."""
+        return self.factor * x + self.offset
+
+    def after(self, first: Linear) -> Linear:
+        """The conversion that applies `first` and then this one."""
+        return Linear(self.factor * first.factor, self.factor * first.offset + self.offset)
+
+    @property
+    def inverse(self) -> Linear:
+        """The conversion back. Raises `ZeroDivisionError` for the factor 0."""
+        return Linear(1.0 / self.factor, -self.offset / self.factor)
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """Value by value: SSP's mappings of Booleans, integers and enumerations. What is not listed stays as it is."""
+
+    table: Mapping[Any, Any]
+
+    def __call__(self, x: NDArray[Any]) -> NDArray[Any]:
+        """The values that those in `x` stand for."""
+        return np.array([self.table.get(item, item) for item in x.tolist()], dtype=x.dtype)
+
+
+Transformation: TypeAlias = Linear | Lookup
+
+IDENTITY = Linear()
+
+
+def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
+    """From the unit of `found` to that of `wanted`; None where they do not measure the same.
+
+    A unit that is not declared fits any other, and numbers pass unchanged. Two units that nobody knows fit when they
+    are spelled alike.
+    """
+    if found.unit == wanted.unit and (found.base is None or wanted.base is None or found.base == wanted.base):
+        return IDENTITY
+    if not (found.unit and wanted.unit):
+        return IDENTITY
+    a, b = found.base_unit, wanted.base_unit
+    if a is None or b is None or not a.same_dimension(b):
+        return None
+    return Linear(a.factor / b.factor, (a.offset - b.offset) / b.factor)
+
+
+def type_fits(found: Quantity, wanted: Quantity) -> bool:
+    """Whether values of `found` can be given to `wanted` as they are.
+
+    Equal types, integers in wider ones, numbers in floats that can hold them (a Float64 in a Float32 is rounded), and
+    enumerations in Int64; two enumerations must have the same items.
+    """
+    if found.type == wanted.type:
+        return not (found.enumeration and wanted.enumeration) or _items(found) == _items(wanted)
+    if found.type.is_float and wanted.type.is_float:
+        return True
+    if found.type is Type.ENUMERATION:
+        return wanted.type is Type.INT64
+    return (
+        found.type.is_integer
+        and np.can_cast(DTYPES[found.type], DTYPES[wanted.type], "safe")
+        and (wanted.type.is_integer or wanted.type.is_float)
+    )
+
+
+def _items(q: Quantity) -> dict[str, int]:
+    return {} if q.enumeration is None else {item.name: item.value for item in q.enumeration}
