@@ -1,0 +1,3 @@
+within MacroStep;
+package Controller "Blocks of the controller socket"
+end Controller;

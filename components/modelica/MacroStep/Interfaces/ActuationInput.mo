@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector ActuationInput = input Actuation "Actuation as input";

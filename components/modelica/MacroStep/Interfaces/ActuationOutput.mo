@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector ActuationOutput = output Actuation "Actuation as output";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector MotionOutput = output Motion "Motion as output";

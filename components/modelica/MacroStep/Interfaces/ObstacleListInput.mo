@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector ObstacleListInput = input ObstacleList "ObstacleList as input";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector ObstacleListOutput = output ObstacleList "ObstacleList as output";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector PlanOutput = output Plan "Plan as output";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector SolverOutput = output Solver "Solver as output";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector TyreOutput = output Tyre "Tyre as output";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector VehicleStateInput = input VehicleState "VehicleState as input";

@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector VehicleStateOutput = output VehicleState "VehicleState as output";

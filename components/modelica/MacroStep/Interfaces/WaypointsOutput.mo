@@ -1,0 +1,2 @@
+within MacroStep.Interfaces;
+connector WaypointsOutput = output Waypoints "Waypoints as output";

@@ -1,0 +1,3 @@
+within MacroStep;
+package Traffic "Blocks of the traffic socket"
+end Traffic;

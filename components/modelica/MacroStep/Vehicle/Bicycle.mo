@@ -1,0 +1,62 @@
+within MacroStep.Vehicle;
+block Bicycle "Single-track vehicle with linear tyres, equations (1)-(3) of the paper"
+  extends Interfaces.Plant;
+  Interfaces.TyreOutput tyre "how hard the tyres work";
+  Interfaces.MotionOutput motion "what the passengers feel";
+  parameter Real m(unit = "kg", min = 1) "mass";
+  parameter Real I_z(unit = "kg.m2", min = 1) "yaw inertia";
+  parameter Real l_f(unit = "m", min = 0.1) "distance from the centre of gravity to the front axle";
+  parameter Real l_r(unit = "m", min = 0.1) "distance from the centre of gravity to the rear axle";
+  parameter Real C_alpha_f(unit = "N/rad", min = 0) "cornering stiffness of one front tyre";
+  parameter Real C_alpha_r(unit = "N/rad", min = 0) "cornering stiffness of one rear tyre";
+  parameter Real R_w(unit = "m", min = 0.01) "wheel radius";
+  parameter Real mu(unit = "1", min = 0.01, max = 2) "friction coefficient of the road";
+  parameter Real g(unit = "m/s2", min = 0.1) "gravity";
+  parameter Real x_start(unit = "m") "initial position along the road";
+  parameter Real y_start(unit = "m") "initial position across the road";
+  parameter Real psi_start(unit = "rad") "initial yaw angle";
+  parameter Real v_x_start(unit = "m/s", min = 0) "initial longitudinal speed";
+  parameter Real v_y_start(unit = "m/s") "initial lateral speed";
+  parameter Real r_start(unit = "rad/s") "initial yaw rate";
+protected
+  final parameter Real F_zf(unit = "N") = m*g*l_r/(l_f + l_r)/2 "static load of one front tyre";
+  final parameter Real F_zr(unit = "N") = m*g*l_f/(l_f + l_r)/2 "static load of one rear tyre";
+  Real F_xr(unit = "N") "driving force of one rear tyre";
+initial equation
+  state.x = x_start;
+  state.y = y_start;
+  state.psi = psi_start;
+  state.v_x = v_x_start;
+  state.v_y = v_y_start;
+  state.r = r_start;
+equation
+  // (3)
+  tyre.alpha_f = (state.v_y + l_f*state.r)/state.v_x - actuation.delta_f;
+  tyre.alpha_r = (state.v_y - l_r*state.r)/state.v_x;
+  // (2)
+  tyre.F_cf = -C_alpha_f*tyre.alpha_f;
+  tyre.F_cr = -C_alpha_r*tyre.alpha_r;
+  // (1), with the accelerations of the centre of gravity on their own
+  F_xr = actuation.T_r/R_w;
+  m*motion.a_x = -2*(tyre.F_cf*sin(actuation.delta_f) - F_xr);
+  m*motion.a_y = 2*(tyre.F_cf*cos(actuation.delta_f) + tyre.F_cr);
+  I_z*motion.r_dot = 2*(l_f*tyre.F_cf - l_r*tyre.F_cr);
+  der(state.x) = state.v_x*cos(state.psi) - state.v_y*sin(state.psi);
+  der(state.y) = state.v_x*sin(state.psi) + state.v_y*cos(state.psi);
+  der(state.psi) = state.r;
+  der(state.v_x) = motion.a_x + state.r*state.v_y;
+  der(state.v_y) = motion.a_y - state.r*state.v_x;
+  der(state.r) = motion.r_dot;
+  // shares of the friction limit
+  tyre.mu_f = abs(tyre.F_cf)/(mu*F_zf);
+  tyre.mu_r = sqrt(tyre.F_cr^2 + F_xr^2)/(mu*F_zr);
+  annotation (
+    Documentation(info = "<html>
+<p>The same vehicle as macrostep's block <code>bicycle</code>. Two tyres per axle, hence the factors 2. Leaves out load
+transfer, drag and the saturation of the tyre: <code>tyre.mu_f</code> and <code>tyre.mu_r</code> say how much of the
+friction limit the linear tyre claims to use, and pass 1 where a real tyre would slide.</p>
+<p>Reference point: centre of gravity. Valid for v_x &gt; 1 m/s.</p>
+<p>C. Huang, B. Li, M. Kishida: Model predictive approach to integrated path planning and tracking for autonomous
+vehicles.</p>
+</html>"));
+end Bicycle;

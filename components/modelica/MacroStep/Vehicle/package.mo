@@ -1,0 +1,3 @@
+within MacroStep;
+package Vehicle "Blocks of the plant socket"
+end Vehicle;
