@@ -14,14 +14,16 @@ from typing import Any, Self
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.unit import Operation, Unit, UnitError
+from orchestrator.log import EVERYTHING, Choice, Log
 from orchestrator.schedule import Act, Schedule, sequential
 from orchestrator.system import System
-from orchestrator.table import Log, Table
+from orchestrator.table import Table
 
 FMI_WARNING = 1
 
@@ -57,18 +59,18 @@ class Simulation:
     `SimulationError` when a unit fails or a value is not finite.
     """
 
-    def __init__(self, system: System, *, h: float, until: float) -> None:
+    def __init__(self, system: System, *, h: float, until: float, record: Choice = EVERYTHING) -> None:
         self.system = system
         self.h = h
         self.last_tick = _ticks(h, until)
         self.schedule: Schedule = sequential(system)
         self.tick = -1
         self._table = Table(system)
-        self.log = Log(self._table, self.last_tick + 1)
+        self.log = Log(self._table, self.last_tick + 1, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] wall time of each macro step"""
         self._written: list[tuple[int, str, Any]] = []
-        """From which row on an input is held at a value, or by its connection again (None)"""
+        """From which tick on an input is held at a value, or by its connection again (None)"""
         self._units: dict[str, Unit] = {}
         self._before: list[tuple[Callable[..., object], bool]] = []
         self._after: list[tuple[Callable[..., object], bool]] = []
@@ -203,17 +205,21 @@ class Simulation:
         return path
 
     def frame(self) -> pd.DataFrame:
-        """All rows so far: column `time` [s], then one per signal element, then the inputs that were written."""
-        n = self.log.kept
-        columns: dict[str, Any] = {"time": np.arange(n) * self.h}
-        for name, kind, at in self._table.elements():
-            columns[name] = self.log.rows[kind][:n, at].copy()
+        """All rows so far: column `time` [s], then one per signal element, then the inputs that were written.
+
+        With a choice of what is recorded, the rows of all ticks at which something was; NaN where a signal was not.
+        """
+        ticks, kept = self.log.columns()
+        columns: dict[str, Any] = {"time": ticks * self.h, **kept}
         for path in dict.fromkeys(path for _, path, _ in self._written):
-            columns |= self._received(path, columns, n)
+            columns |= self._received(path, columns, ticks)
         return pd.DataFrame(columns)
 
-    def _received(self, path: str, columns: Mapping[str, Any], n: int) -> dict[str, Any]:
-        """What a written input received in each row: its connection's values, or those that were written."""
+    def _received(self, path: str, columns: Mapping[str, Any], ticks: NDArray[np.int64]) -> dict[str, Any]:
+        """What a written input received in each row: its connection's values, or those that were written.
+
+        It is left out where its connection's values were not recorded.
+        """
         unit, _, name = path.partition(".")
         variable = self.system.variable(path, role="inputs")
         wires = [c for c in self.system.connections if (c.unit, c.input) == (unit, name)]
@@ -221,12 +227,14 @@ class Simulation:
         for i, element in enumerate(variable.elements):
             if wires:
                 output = Variable(wires[0].output, variable.quantity).elements[i]
-                before = columns[f"{wires[0].source}.{output}"]
+                before = columns.get(f"{wires[0].source}.{output}")
             else:
-                before = np.full(n, np.ravel(self.system.held[path])[i])
+                before = np.full(len(ticks), np.ravel(self.system.held[path])[i])
+            if before is None:
+                continue
             values = before.copy()
-            for row, _, value in (w for w in self._written if w[1] == path):
-                values[row:] = before[row:] if value is None else np.ravel(value)[i]
+            for tick, _, value in (w for w in self._written if w[1] == path):
+                values[ticks >= tick] = before[ticks >= tick] if value is None else np.ravel(value)[i]
             found[f"{unit}.{element}"] = values
         return found
 

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from components.interfaces.conversion import IDENTITY, Transformation
-from components.interfaces.problem import refuse
-from components.interfaces.quantity import DTYPES, Type, zeros
+from components.interfaces.quantity import Type, zeros
 from fmus.unit import Column, Operation, positions, widths
 from orchestrator.system import System
-
-LARGEST_LOG: Final = 4 * 2**30
-"""[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
 
 
 class Table:
@@ -144,36 +140,3 @@ def _convert(values: Column, conversion: Transformation, out: Column) -> Operati
         out[:] = values if conversion == IDENTITY else conversion(values)
 
     return convert
-
-
-class Log:
-    """All rows of a run, in memory reserved at the start."""
-
-    def __init__(self, table: Table, length: int) -> None:
-        self.kept = 0
-        wanted = length * sum(n * np.dtype(DTYPES[kind]).itemsize for kind, n in table.recorded.items())
-        if wanted > LARGEST_LOG:
-            found = f"{length} ticks, {wanted / 2**30:.3g} GiB of rows"
-            raise refuse(
-                "stop time",
-                found,
-                f"at most {LARGEST_LOG / 2**30:g} GiB of rows",
-                "Take a shorter run or a larger step.",
-            )
-        self.rows = {kind: zeros(kind, (length, n)) for kind, n in table.recorded.items()}
-        self._copies = [(self.rows[kind], table.columns[kind][:n]) for kind, n in table.recorded.items() if n]
-        floats = [table.columns[kind][:n] for kind, n in table.recorded.items() if kind.is_float and n]
-        self._numbers = [
-            (values, finite := np.ones(values.shape, dtype=np.bool_), finite.tobytes()) for values in floats
-        ]
-
-    def keep(self, tick: int) -> bool:
-        """Keep the present values as the row of `tick`; tells whether all of them are finite."""
-        for rows, values in self._copies:
-            rows[tick] = values
-        self.kept = tick + 1
-        for values, finite, good in self._numbers:
-            np.isfinite(values, finite)
-            if finite.tobytes() != good:  # three times faster than `all` on a short row
-                return False
-        return True

@@ -1,0 +1,192 @@
+"""The rows of a run: which signals are kept at which ticks, and where they lie in memory.
+
+Signals that are kept at the same ticks are a group. Without a choice there is one group, everything at every tick;
+what is not wanted is not even copied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.quantity import DTYPES, Type, zeros
+from orchestrator.system import System
+from orchestrator.table import Table
+
+LARGEST_LOG: Final = 4 * 2**30
+"""[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
+
+Choice: TypeAlias = Mapping[str, int]
+"""Keep the signals that fit a pattern at every n-th tick, 0 for never; the last pattern that fits counts."""
+
+EVERYTHING: Final[Choice] = {"*": 1}
+
+Element: TypeAlias = tuple[str, Type, int]
+"""Full path, type, and place among the values of that type."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Consecutive rows of one group: those of the ticks `first`, `first + every`, ..."""
+
+    group: int
+    first: int
+    every: int
+    blocks: Mapping[Type, NDArray[Any]]
+    """Rows by type, (rows, elements)"""
+    step_times: NDArray[np.float64]
+    """[s] of these ticks"""
+
+    def __len__(self) -> int:
+        return len(self.step_times)
+
+    @property
+    def ticks(self) -> NDArray[np.int64]:
+        """The tick of each row."""
+        return self.first + self.every * np.arange(len(self), dtype=np.int64)
+
+    def columns(self, elements: Sequence[Element], h: float) -> dict[str, NDArray[Any]]:
+        """Column `time` [s], then one for each of the group's elements."""
+        return {"time": self.ticks * h} | {name: self.blocks[kind][:, at] for name, kind, at in elements}
+
+
+class _Group:
+    """Memory for the rows of signals that are kept at every `every`-th tick."""
+
+    def __init__(self, table: Table, every: int, chosen: Sequence[Element], ticks: int) -> None:
+        self.every = every
+        self.rows: dict[Type, NDArray[Any]] = {}
+        self.elements: list[Element] = []
+        self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        """Rows, and the values that lie side by side in the table"""
+        self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
+        """Rows, values, and the places of those that are kept"""
+        for kind in dict.fromkeys(kind for _, kind, _ in chosen):
+            places = {name: at for name, k, at in chosen if k is kind}
+            self.elements += [(name, kind, i) for i, name in enumerate(places)]
+            at = np.array(list(places.values()))
+            self.rows[kind] = zeros(kind, (self.count(ticks), len(at)))
+            if (np.diff(at) == 1).all():
+                self.copies.append((self.rows[kind], table.columns[kind][at[0] : at[-1] + 1]))
+            else:
+                self.picks.append((self.rows[kind], table.columns[kind], at))
+
+    def keep(self, tick: int) -> None:
+        """Copy the present values, if it is their tick."""
+        row, other = divmod(tick, self.every)
+        if not other:
+            for rows, values in self.copies:
+                rows[row] = values
+            for rows, values, places in self.picks:
+                values.take(places, 0, rows[row], "clip")  # "clip": no copy between; all places are in range
+
+    def count(self, ticks: int) -> int:
+        """How many rows the ticks before `ticks` have."""
+        return -(-ticks // self.every)
+
+
+class Log:
+    """All rows of a run, in memory reserved at the start.
+
+    Raises `RequestError` for a pattern that fits no signal, and for more rows than there should be.
+    """
+
+    def __init__(self, table: Table, length: int, choice: Choice = EVERYTHING) -> None:
+        self.kept = 0
+        """Ticks whose rows are complete"""
+        paces = dict(zip(table.elements(), _paces(table.system, choice), strict=True))
+        _refuse_too_large(length, paces)
+        self._order = [name for (name, _, _), every in paces.items() if every]
+        self._groups = [
+            _Group(table, every, [element for element, pace in paces.items() if pace == every], length)
+            for every in sorted({pace for pace in paces.values() if pace})
+        ]
+        # without a choice this is a single group of copies, which need not ask whose tick it is
+        plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
+        self._copies = self._groups[0].copies if plain else []
+        self._others = [] if plain else self._groups
+        floats = [table.columns[kind][:n] for kind, n in table.recorded.items() if kind.is_float and n]
+        self._numbers = [
+            (values, finite := np.ones(values.shape, dtype=np.bool_), finite.tobytes()) for values in floats
+        ]
+
+    def keep(self, tick: int) -> bool:
+        """Keep the present values as the row of `tick`; tells whether all values are finite, kept or not."""
+        for rows, values in self._copies:
+            rows[tick] = values
+        for group in self._others:
+            group.keep(tick)
+        self.kept = tick + 1
+        for values, finite, good in self._numbers:
+            np.isfinite(values, finite)
+            if finite.tobytes() != good:  # three times faster than `all` on a short row
+                return False
+        return True
+
+    @property
+    def elements(self) -> list[list[Element]]:
+        """The elements of each group, with their places in its batches."""
+        return [group.elements for group in self._groups]
+
+    def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[Batch]:
+        """The rows of the ticks `first` to before `last`; of `step_times` their own."""
+        found: list[Batch] = []
+        for i, group in enumerate(self._groups):
+            begin, end = group.count(first), group.count(last)
+            if begin < end:
+                blocks = {kind: rows[begin:end] for kind, rows in group.rows.items()}
+                ticks = slice(begin * group.every, last, group.every)
+                found.append(Batch(i, begin * group.every, group.every, blocks, step_times[ticks]))
+        return found
+
+    def columns(self) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
+        """The ticks at which something was kept, and a column for each element, in the order of the units.
+
+        Where a signal was not kept at such a tick, its number is NaN and its text empty.
+        """
+        due = [np.arange(0, self.kept, group.every) for group in self._groups]
+        ticks = np.unique(np.concatenate(due)) if due else np.arange(self.kept)
+        found: dict[str, NDArray[Any]] = {}
+        for group, own in zip(self._groups, due, strict=True):
+            for name, kind, at in group.elements:
+                found[name] = _spread(group.rows[kind][: len(own), at], np.isin(ticks, own), kind)
+        return ticks, {name: found[name] for name in self._order}
+
+
+def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArray[Any]:
+    if where.all():
+        return values.copy()
+    whole = np.full(len(where), np.nan) if kind.is_number else zeros(kind, len(where))
+    whole[where] = values
+    return whole
+
+
+def _paces(system: System, choice: Choice) -> Iterator[int]:
+    """At every how many ticks each element of the table is kept, 0 for never."""
+    wires = [(f"{unit}.{v.name}", v.size) for unit, source in system.units.items() for v in source.interface.outputs]
+    paths = [path for path, _ in wires]
+    raise_if_any(
+        Problem(f"record {pattern}", "a pattern that no signal fits", choices(paths), did_you_mean(pattern, paths))
+        for pattern in choice
+        if not any(fnmatchcase(path, pattern) for path in paths)
+    )
+    for path, size in wires:
+        every = next((n for pattern, n in reversed([*choice.items()]) if fnmatchcase(path, pattern)), 0)
+        yield from [every] * size
+
+
+def _refuse_too_large(length: int, paces: Mapping[Element, int]) -> None:
+    rows = sum(-(-length // every) * np.dtype(DTYPES[kind]).itemsize for (_, kind, _), every in paces.items() if every)
+    if rows > LARGEST_LOG:
+        raise refuse(
+            "stop time",
+            f"{length} ticks, {rows / 2**30:.3g} GiB of rows",
+            f"at most {LARGEST_LOG / 2**30:g} GiB of rows",
+            "Take a shorter run, a larger step or less to record.",
+        )
