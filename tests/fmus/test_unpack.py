@@ -1,0 +1,122 @@
+"""Archives and XML that are broken, or meant to do harm, are refused before anything of them is used."""
+
+from __future__ import annotations
+
+import zipfile
+
+import pytest
+
+from components.interfaces.problem import RequestError
+from fmus import unpack
+from fmus.unpack import parse_xml
+
+VALID = "an archive"
+
+
+def archive(path, entries, method=zipfile.ZIP_DEFLATED):
+    with zipfile.ZipFile(path, "w", method) as made:
+        for name, content in entries.items():
+            made.writestr(name, content)
+    return path
+
+
+def refusal(path, folder):
+    folder.mkdir(exist_ok=True)
+    with pytest.raises(RequestError) as error:
+        unpack.unpack(path, folder, path.name, VALID)
+    return str(error.value)
+
+
+def test_files_and_folders_come_out_as_they_went_in(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "1", "b/": "", "b/c.bin": b"\0\1", "d\\e.txt": "2"})
+    folder = tmp_path / "out"
+    folder.mkdir()
+    unpack.unpack(path, folder, "a.zip", VALID)
+    found = {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    assert found == {"a.txt": b"1", "b/c.bin": b"\0\1", "d/e.txt": b"2"}
+
+
+def test_what_is_no_archive_is_refused(tmp_path):
+    assert refusal(tmp_path / "none.zip", tmp_path / "o") == "none.zip: found no such file; valid: an archive"
+    (tmp_path / "text.zip").write_text("hello")
+    assert refusal(tmp_path / "text.zip", tmp_path / "o") == (
+        "text.zip: found a file that is no zip archive; valid: an archive"
+    )
+
+
+def test_corrupt_archives_are_refused(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "hello hello"}, zipfile.ZIP_STORED)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"hello hello", b"hello hallo"))
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found a corrupt archive (Bad CRC-32 for file 'a.txt'); valid: an archive. Pack or copy it again."
+    )
+    path.write_bytes(content[:-10])
+    assert refusal(path, tmp_path / "o") == "a.zip: found a file that is no zip archive; valid: an archive"
+    packed = archive(tmp_path / "b.zip", {"a.txt": bytes(range(256)) * 40})
+    broken = bytearray(packed.read_bytes())
+    broken[60:200] = b"\xff" * 140
+    packed.write_bytes(bytes(broken))
+    assert "b.zip: found a corrupt archive (Error -3 while decompressing data" in refusal(packed, tmp_path / "o")
+
+
+@pytest.mark.parametrize("name", ["../evil.txt", "/evil.txt", "a/../../evil.txt", "..\\evil.txt", "C:\\evil.txt"])
+def test_entries_that_would_leave_the_folder_are_refused_and_nothing_is_written(tmp_path, name):
+    path = archive(tmp_path / "a.zip", {"good.txt": "1", name: "x"})
+    assert refusal(path, tmp_path / "o") == (
+        f"a.zip: found an entry that would leave the folder, {name}; valid: an archive"
+    )
+    assert list((tmp_path / "o").iterdir()) == []
+
+
+def test_encrypted_entries_are_refused(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "1"})
+    content = bytearray(path.read_bytes())
+    for signature, at in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        content[content.index(signature) + at] |= 1
+    path.write_bytes(bytes(content))
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found an encrypted entry, a.txt; valid: an archive. Pack it without a password."
+    )
+
+
+def test_zip_bombs_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(unpack, "SUSPICIOUS", 2**20)
+    path = archive(tmp_path / "a.zip", {"a.bin": bytes(4 * 2**20)})
+    text = refusal(path, tmp_path / "o")
+    assert text.startswith("a.zip: found a zip bomb (4 MiB in an archive of 0.00")
+    monkeypatch.setattr(unpack, "MOST_ENTRIES", 1)
+    path = archive(tmp_path / "b.zip", {"a": "", "b": ""})
+    assert refusal(path, tmp_path / "o") == "b.zip: found 2 entries; valid: at most 1"
+
+
+def xml_refusal(content):
+    with pytest.raises(RequestError) as error:
+        parse_xml(content, "a.xml", "XML")
+    return str(error.value)
+
+
+def test_xml_that_is_not_well_formed_is_refused_with_its_line():
+    assert parse_xml(b"<a><b/></a>", "a.xml", "XML").tag == "a"
+    assert xml_refusal(b"<a>\n<b>\n</a>") == (
+        "a.xml, line 3: found XML that is not well-formed (Opening and ending tag mismatch: b line 2 and a); valid: XML"
+    )
+    assert xml_refusal(b"") == "a.xml, line 1: found XML that is not well-formed (Document is empty); valid: XML"
+
+
+LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(12))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a b="&l12;">&l12;</a>',
+        f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a>&l12;</a>',
+        '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>',
+        '<!DOCTYPE a SYSTEM "http://localhost:1/a.dtd"><a/>',
+    ],
+)
+def test_document_type_declarations_are_refused(content):
+    assert xml_refusal(content.encode()) == (
+        "a.xml: found a document type declaration (DTD), whose entities could expand without end; valid: XML"
+    )
