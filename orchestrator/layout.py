@@ -36,7 +36,7 @@ class Plot:
 def limits(system: System) -> list[Limit]:
     """The limits that the controller's parameters give, and the friction limit where its use is known."""
     who = cast(system)
-    given, known = _parameters(system, who.controller), {s.path for s in signals(system)}
+    given, known = parameter_values(system, who.controller), {s.path for s in signals(system)}
     wanted = [
         (f"{who.controller}.actuation.delta_f", "delta_max", "rad", 1),
         (f"{who.controller}.actuation.delta_f", "delta_max", "rad", -1),
@@ -90,9 +90,14 @@ def has_path_error(system: System) -> bool:
     return {f"{who.plant}.state.x", f"{who.controller}.path.x"} <= known
 
 
-def _parameters(system: System, unit: str | None) -> Mapping[str, Any]:
+def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
     """The parameter values of a unit, its own start values where the system gives none."""
     if unit is None:
         return {}
     source = system.units[unit]
     return {**source.interface.starts, **source.parameters}
+
+
+def limit_parts(limit: Limit) -> tuple[str, ...]:
+    """Where a limit is drawn: root, the parts of its signal, and its side."""
+    return "limits", *limit.signal.split("."), "lower" if limit.value < 0 else "upper"

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from orchestrator.path_geometry import path_error
 from orchestrator.scene import Scene
@@ -64,16 +65,29 @@ class Signal:
 
     @cached_property
     def states(self) -> dict[int, str]:
-        """The names of the values of an enumeration; empty for numbers."""
+        """The names of the values of an enumeration or a Boolean; empty for numbers and arrays."""
         quantity = self.variable.quantity
-        if quantity.shape or quantity.enumeration is None:
+        if quantity.shape:
             return {}
-        return {item.value: item.name for item in quantity.enumeration}
+        if quantity.type is Type.BOOLEAN:
+            return {0: "false", 1: "true"}
+        return {item.value: item.name for item in quantity.enumeration or ()}
 
     @property
+    def is_number(self) -> bool:
+        """Whether it can be drawn as a series; texts and binary values cannot."""
+        return self.variable.quantity.type.is_number
+
+    @property
+    def is_text(self) -> bool:
+        """Whether its values are texts."""
+        return self.variable.quantity.type is Type.STRING
+
+    @cached_property
     def labels(self) -> list[str]:
         """Name and unit of each element as they stand in a legend."""
-        return [f"{c.rpartition('.')[2]} [{self.variable.quantity.unit}]" for c in self.columns]
+        unit = self.variable.quantity.unit
+        return [c.rpartition(".")[2] + (f" [{unit}]" if unit else "") for c in self.columns]
 
 
 def signals(system: System) -> list[Signal]:
@@ -82,15 +96,26 @@ def signals(system: System) -> list[Signal]:
 
 
 class Columns:
-    """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`."""
+    """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`; texts are apart."""
 
     def __init__(self, frame: pd.DataFrame | Mapping[str, Any], known: Sequence[Signal]) -> None:
-        names = [str(name) for name in frame]
+        kept = {name: i for i, name in enumerate(map(str, frame))}
+        recorded = [s for s in known if all(c in kept for c in s.columns)]
+        self.signals = [s for s in recorded if s.is_number]
+        """Recorded signals whose values are numbers"""
+        self.texts: dict[str, list[list[str]]] = {
+            s.path: [list(frame[c]) for c in s.columns] for s in recorded if s.is_text
+        }
+        """Values of each element of the recorded texts"""
+        names = ["time", *(c for s in self.signals for c in s.columns)]
         at = {name: i for i, name in enumerate(names)}
-        self._rows = np.asfortranarray(np.column_stack([np.asarray(frame[n], dtype=np.float64) for n in names]))
-        self._places = {s.path: [at[c] for c in s.columns] for s in known if all(c in at for c in s.columns)}
-        self.time: Array = self._rows[:, at["time"]]
-        self.signals = [s for s in known if s.path in self._places]
+        self._rows = _numbers(frame, names, list(kept))
+        self._places = {s.path: [at[c] for c in s.columns] for s in self.signals}
+        self.time: Array = self._rows[:, 0]
+
+    def has(self, path: str) -> bool:
+        """Whether a signal was recorded as numbers."""
+        return path in self._places
 
     def of(self, path: str) -> Array:
         """The values (n,) of a scalar, or (n, elements) of an array."""
@@ -105,6 +130,16 @@ class Columns:
         if not all(path in self._places for path in paths):
             return None
         return tuple(np.clip(self.of(path), -LARGEST, LARGEST) for path in paths)
+
+
+def _numbers(frame: Any, names: list[str], kept: list[str]) -> Array:
+    """The columns `names` side by side, in Fortran order; column by column costs ten times as much in short frames."""
+    blocks = getattr(frame, "dtypes", None)
+    if blocks is not None and all(kind.kind in "fiub" for kind in blocks.unique()):
+        rows = frame.to_numpy(dtype=np.float64)
+        at = {name: i for i, name in enumerate(kept)}
+        return np.asfortranarray(rows if names == kept else rows[:, [at[name] for name in names]])
+    return np.asfortranarray(np.column_stack([np.asarray(frame[n], dtype=np.float64) for n in names]))
 
 
 @dataclass(frozen=True)
@@ -172,15 +207,6 @@ def errors(columns: Columns, who: Cast) -> Array | None:
     return path_error(*path, *ego) if ego and path else None
 
 
-def changed(values: Array, before: Array | None) -> NDArray[np.bool_]:
-    """Which rows differ from the row before them; `before` stands before the first."""
-    rows = np.ones(len(values), dtype=bool)
-    rows[1:] = (values[1:] != values[:-1]).any(axis=1)
-    if before is not None and before.shape == values[0].shape:
-        rows[0] = bool((values[0] != before).any())
-    return rows
-
-
 def quaternions(psi: Array) -> Array:
     """Rotations (n, 4) about the vertical axis, as x, y, z, w."""
     zero = np.zeros_like(psi)
@@ -189,8 +215,18 @@ def quaternions(psi: Array) -> Array:
 
 def outlines(boxes: Boxes, gap: float) -> Array:
     """The boxes grown by `gap` on every side, as closed polygons (boxes, 5, 2)."""
-    forward = (boxes.length / 2 + gap)[:, None] * np.array([1.0, -1.0, -1.0, 1.0, 1.0])
-    left = (boxes.width / 2 + gap)[:, None] * np.array([1.0, 1.0, -1.0, -1.0, 1.0])
+    return _around(boxes, gap, [1.0, -1.0, -1.0, 1.0, 1.0], [1.0, 1.0, -1.0, -1.0, 1.0])
+
+
+def boundaries(boxes: Boxes, gap: float) -> Array:
+    """The outlines (boxes, 7, 2) with the heading: one line from the middle to the front, then around."""
+    return _around(boxes, gap, [0.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0])
+
+
+def _around(boxes: Boxes, gap: float, ahead: list[float], beside: list[float]) -> Array:
+    """Corners in shares of half the length and width, in the road frame."""
+    forward = (boxes.length / 2 + gap)[:, None] * np.array(ahead)
+    left = (boxes.width / 2 + gap)[:, None] * np.array(beside)
     c, s = np.cos(boxes.psi)[:, None], np.sin(boxes.psi)[:, None]
     return np.stack([boxes.x[:, None] + forward * c - left * s, boxes.y[:, None] + forward * s + left * c], axis=-1)
 

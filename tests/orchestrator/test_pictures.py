@@ -52,11 +52,12 @@ def test_what_was_not_recorded_is_not_there(static):
     assert pictures.errors(columns, pictures.cast(static.system)) is None
 
 
-def test_a_row_is_news_when_it_differs_from_the_one_before():
-    values = np.array([[1.0, 2.0], [1.0, 2.0], [1.0, 3.0]])
-    assert pictures.changed(values, None).tolist() == [True, False, True]
-    assert pictures.changed(values, np.array([1.0, 2.0])).tolist() == [False, False, True]
-    assert pictures.changed(values, np.array([0.0, 2.0])).tolist() == [True, False, True]
+def test_a_boundary_shows_where_the_box_is_heading():
+    quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
+    line = pictures.boundaries(quarter, 0.5)[0]
+    np.testing.assert_allclose(line[0], [10, 2])
+    np.testing.assert_allclose(line[1], [10, 4.5])
+    np.testing.assert_allclose(line[[2, 3, 4, 5, 2]], pictures.outlines(quarter, 0.5)[0])
 
 
 def test_an_outline_is_the_box_grown_on_every_side():
