@@ -104,6 +104,7 @@ def _interface(root: Any, description: ModelDescription, found: list[Port]) -> I
         feedthrough=_feedthrough(description, outputs, inputs),
         output_after_set=_output_after_set(root),
         starts={p.variable.name: p.start for p in found if p.start is not None},
+        rolls_back=_rolls_back(description),
     )
 
 
@@ -126,6 +127,10 @@ def _feedthrough(description: ModelDescription, outputs: list[Variable], inputs:
     for name in row.keys() - listed:
         found[row[name], :] = True
     return found
+
+
+def _rolls_back(description: ModelDescription) -> bool:
+    return bool(description.coSimulation and description.coSimulation.canGetAndSetFMUstate)
 
 
 def _output_after_set(root: Any) -> bool:

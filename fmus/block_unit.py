@@ -30,6 +30,7 @@ def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
         feedthrough=by_variable(lowered, kind.outputs(), kind.inputs()),
         output_after_set=not lowered.sampled,
         starts={},
+        rolls_back=True,
     )
 
 
@@ -106,6 +107,14 @@ class BlockUnit(Unit):
             self._evaluate_step()
             self._x[:] = self._next
         self._held = self._lowered.sampled
+
+    @override
+    def save(self) -> Any:
+        return self._x.copy(), self._y.copy(), self._held
+
+    @override
+    def restore(self, state: Any) -> None:
+        self._x[:], self._y[:], self._held = state
 
     @override
     def close(self) -> None:

@@ -178,6 +178,23 @@ class FmuUnit(Unit):
     def getters(self) -> list[Operation]:
         return self._getters
 
+    def _of_state(self, verb: str) -> Callable[..., Any]:
+        return getattr(self._fmu, f"{verb}{'FMUstate' if self.prefix == 'fmi2' else 'FMUState'}")
+
+    @override
+    def save(self) -> Any:
+        found: list[Any] = []
+        self._check("its state could not be saved", lambda: found.append(self._of_state("get")()))
+        return found[0]
+
+    @override
+    def restore(self, state: Any) -> None:
+        self._check("its state could not be restored", lambda: self._of_state("set")(state))
+
+    @override
+    def forget(self, state: Any) -> None:
+        self._check("its state could not be released", lambda: self._of_state("free")(state))
+
     @override
     def exit_initialization(self) -> None:
         self._check("the initialization failed", self._fmu.exitInitializationMode)

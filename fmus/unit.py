@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from components.interfaces.record import Variable
 Column: TypeAlias = NDArray[Any]
 Operation: TypeAlias = Callable[[], object]
 """One call that moves values; it returns a false value, or the FMI status that it met."""
+
+FMI_WARNING: Final = 1
+"""The worst status that is no failure"""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,10 @@ class Interface:
     """Whether outputs follow the inputs at one communication point, before the step; if not, they show by stepping."""
     starts: Mapping[str, Any]
     """Start values that the unit brings along, by parameter or input."""
+    event_mode: bool = False
+    """Whether the unit can be activated at an instant: FMI 3.0 Event Mode"""
+    rolls_back: bool = False
+    """Whether `save` and `restore` work"""
 
 
 class UnitError(RuntimeError):
@@ -79,6 +86,26 @@ class Unit(ABC):
     @abstractmethod
     def step(self, t: float, h: float) -> object:
         """Advance from `t` to `t + h`; returns a false value, or the FMI status that it met."""
+
+    def use_events(self) -> None:
+        """Use Event Mode from now on; said before `bind`."""
+        raise NotImplementedError
+
+    def activate(self, t: float, h: float) -> object:
+        """Handle the events of the instant `t`; returns a false value, or the FMI status that it met."""
+        raise NotImplementedError
+
+    def save(self) -> Any:
+        """The present state, for `restore`. Raises `UnitError`."""
+        raise NotImplementedError
+
+    def restore(self, state: Any) -> None:
+        """Go back to a state that was saved. Raises `UnitError`."""
+        raise NotImplementedError
+
+    def forget(self, state: Any) -> None:
+        """Release a saved state. Raises `UnitError`."""
+        del state
 
     @abstractmethod
     def close(self) -> None:

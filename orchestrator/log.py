@@ -99,7 +99,7 @@ class Log:
 
     def __init__(self, table: Table, length: int, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
-        """Ticks whose rows are complete"""
+        """Ticks whose rows are complete, and may be handed on by another thread"""
         paces = dict(zip(table.elements(), _paces(table.system, choice), strict=True))
         _refuse_too_large(length, paces)
         self._order = [name for (name, _, _), every in paces.items() if every]
@@ -117,12 +117,11 @@ class Log:
         ]
 
     def keep(self, tick: int) -> bool:
-        """Keep the present values as the row of `tick`; tells whether all values are finite, kept or not."""
+        """Copy the present values to the row of `tick`; tells whether all values are finite, kept or not."""
         for rows, values in self._copies:
             rows[tick] = values
         for group in self._others:
             group.keep(tick)
-        self.kept = tick + 1
         for values, finite, good in self._numbers:
             np.isfinite(values, finite)
             if finite.tobytes() != good:  # three times faster than `all` on a short row

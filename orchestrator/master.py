@@ -7,7 +7,7 @@ flat tables: one column of memory per type that all units write to and read from
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.unit import Operation, Unit, UnitError
+from fmus.unit import FMI_WARNING, Unit, UnitError
+from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
-from orchestrator.schedule import Act, Schedule, sequential
+from orchestrator.lowering import Call, Lowered
+from orchestrator.schedule import Algorithm, Schedule, algorithm_named, schedule
 from orchestrator.system import System
 from orchestrator.table import Table
-
-FMI_WARNING = 1
 
 
 class SimulationError(RuntimeError):
@@ -44,13 +44,6 @@ class Tick:
     time: float
 
 
-@dataclass(frozen=True)
-class _Call:
-    unit: Unit
-    act: Act
-    function: Callable[..., object]
-
-
 class Simulation:
     """One run of a system, stepped by hand or by iteration; use it in a `with` statement.
 
@@ -59,11 +52,21 @@ class Simulation:
     `SimulationError` when a unit fails or a value is not finite.
     """
 
-    def __init__(self, system: System, *, h: float, until: float, record: Choice = EVERYTHING) -> None:
+    def __init__(  # noqa: PLR0913 - what makes an experiment
+        self,
+        system: System,
+        *,
+        h: float,
+        until: float,
+        record: Choice = EVERYTHING,
+        algorithm: str = Algorithm.SEQUENTIAL,
+        solve_loops: bool = False,
+    ) -> None:
         self.system = system
         self.h = h
         self.last_tick = _ticks(h, until)
-        self.schedule: Schedule = sequential(system)
+        self.algorithm = algorithm_named(algorithm)
+        self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
         self._table = Table(system)
         self.log = Log(self._table, self.last_tick + 1, record)
@@ -72,8 +75,6 @@ class Simulation:
         self._written: list[tuple[int, str, Any]] = []
         """From which tick on an input is held at a value, or by its connection again (None)"""
         self._units: dict[str, Unit] = {}
-        self._before: list[tuple[Callable[..., object], bool]] = []
-        self._after: list[tuple[Callable[..., object], bool]] = []
 
     def __enter__(self) -> Self:
         try:
@@ -97,52 +98,29 @@ class Simulation:
         try:
             for name, source in self.system.units.items():
                 self._units[name] = source.make(name)
+                if name in self.schedule.events:
+                    self._units[name].use_events()
             self._lower()
             for name, source in self.system.units.items():
                 self._units[name].enter_initialization(source.parameters)
-            for name in self.schedule.order:
-                for function in (*self._gathers(name), *self._units[name].setters(), *self._units[name].getters()):
-                    self._checked(self._units[name], function())
+            initialise(self.system, self.schedule, self._units, self._table, self._checked)
             for unit in self._units.values():
                 unit.exit_initialization()
         except UnitError as fault:
             raise SimulationError(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
 
-    def _gathers(self, name: str) -> list[Operation]:
-        return self._table.gathers(name)
-
     def _lower(self) -> None:
         """Prepare every call of the macro step."""
         for name, unit in self._units.items():
             unit.bind(self._table.inputs(name), self._table.outputs(name))
-        self._before = list(self._calls(self.schedule.before))
-        self._after = list(self._calls(self.schedule.after))
+        self._lowered = Lowered(self.system, self.schedule, self._units, self._table)
 
-    def _calls(self, acts: Sequence[tuple[Act, str]]) -> Iterator[tuple[Callable[..., object], bool]]:
-        for act, name in acts:
-            unit = self._units[name]
-            if act is Act.STEP:
-                yield unit.step, True
-            elif act is Act.SET:
-                for function in (*self._gathers(name), *unit.setters()):
-                    yield function, False
-            else:
-                for function in unit.getters():
-                    yield function, False
-
-    def _run(self, calls: list[tuple[Callable[..., object], bool]], acts: Sequence[tuple[Act, str]]) -> None:
+    def _run(self, calls: list[Call]) -> None:
         t, h = self.tick * self.h, self.h
-        for function, timed in calls:
+        for function, timed, unit in calls:
             status = function(t, h) if timed else function()
             if status:
-                self._checked(self._culprit(function, acts), status)
-
-    def _culprit(self, function: Callable[..., object], acts: Sequence[tuple[Act, str]]) -> Unit:
-        for name in dict.fromkeys(name for _, name in acts):
-            unit = self._units[name]
-            if function in (unit.step, *unit.setters(), *unit.getters()):
-                return unit
-        raise AssertionError("a call of no unit")  # pragma: no cover - every call was made from a unit
+                self._checked(self._units[unit], status)
 
     def _checked(self, unit: Unit, status: object) -> None:
         if isinstance(status, int) and status > FMI_WARNING:
@@ -157,12 +135,16 @@ class Simulation:
         if self.tick >= self.last_tick:
             raise StopIteration
         began = time.perf_counter()
-        if self.tick >= 0:
-            self._run(self._after, self.schedule.after)
-        self.tick += 1
-        self._run(self._before, self.schedule.before)
+        try:
+            if self.tick >= 0:
+                self._run(self._lowered.after(self.tick))
+            self.tick += 1
+            self._run(self._lowered.before(self.tick))
+        except UnitError as fault:
+            raise SimulationError(self.tick, self.time, fault.unit, str(fault).partition(": ")[2]) from fault
         finite = self.log.keep(self.tick)
         self.step_times[self.tick] = time.perf_counter() - began
+        self.log.kept = self.tick + 1
         if not finite:
             path, value = self._table.first_not_finite()
             raise SimulationError(self.tick, self.time, path.partition(".")[0], f"the signal `{path}` is {value}")
@@ -244,9 +226,11 @@ class Simulation:
             unit.close()
 
 
-def simulate(system: System, *, h: float, until: float) -> pd.DataFrame:
+def simulate(
+    system: System, *, h: float, until: float, algorithm: str = Algorithm.SEQUENTIAL, solve_loops: bool = False
+) -> pd.DataFrame:
     """Run a system from 0 to `until` with macro step `h`, and give all rows."""
-    with Simulation(system, h=h, until=until) as simulation:
+    with Simulation(system, h=h, until=until, algorithm=algorithm, solve_loops=solve_loops) as simulation:
         simulation.run()
         return simulation.frame()
 

@@ -1,32 +1,55 @@
-"""The schedule: in which order the units exchange data and step within one macro step, with no hidden delay.
+"""The schedule: in which order the units exchange data and step within one macro step.
 
-A unit is *early* when its outputs show by stepping and one of its connected outputs depends on a connected input
-(a controller): at t_k it must read and step before others can read it. So is one that nobody reads, if it depends on
-its inputs. All other units are *late*: they show their outputs at t_k, and step to t_{k+1} once their inputs at t_k
-are known. Outputs of a late unit that depend on its
-inputs are shown again when these are known, if the unit can do that (`Interface.output_after_set`).
+`sequential` (the default) has no hidden delay, as the sorted order of a fixed-step Simulink model. A unit is *early*
+when its outputs show by stepping and one of its connected outputs depends on a connected input (a controller): at t_k
+it must read and step before others can read it. So is one that nobody reads, if it depends on its inputs. All other
+units are *late*: they show their outputs at t_k, and step to t_{k+1} once their inputs at t_k are known. Outputs of a
+late unit that depend on its inputs are shown again when these are known, if the unit can do that
+(`Interface.output_after_set`).
+
+`jacobi` is what most other masters do: at t_k every unit's inputs are set from the outputs shown at t_k, then all step
+to t_{k+1}, then all show their outputs. A controller acts one macro step late.
+
+`clocked` is `sequential` with FMI 3.0 Event Mode: a unit that has it is not stepped early but activated at t_k: in
+Event Mode it takes its inputs, its periodic input clocks that are due and the triggered clocks that reach it, and shows
+its outputs at t_k; it steps with the late ones. Units without Event Mode are treated as in `sequential`.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
+from typing import TypeAlias
 
 import numpy as np
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import Problem, RequestError, choices, refuse
 from orchestrator.system import Connection, System
 
 
+class Algorithm(StrEnum):
+    """How the units exchange data and step."""
+
+    SEQUENTIAL = "sequential"
+    JACOBI = "jacobi"
+    CLOCKED = "clocked"
+
+
 class Act(StrEnum):
-    """What a unit is told to do."""
+    """What a unit is told to do; a group of units in a loop is told to solve it."""
 
     SET = "set"
     STEP = "step"
     GET = "get"
+    ACTIVATE = "activate"
+    SOLVE = "solve"
+
+
+Acts: TypeAlias = tuple[tuple[Act, tuple[str, ...]], ...]
+"""Each act with the unit that does it, or with all units of a loop"""
 
 
 @dataclass(frozen=True)
@@ -35,30 +58,70 @@ class Schedule:
 
     order: tuple[str, ...]
     """All units, each after those whose outputs at t_k it needs."""
-    before: tuple[tuple[Act, str], ...]
-    after: tuple[tuple[Act, str], ...]
+    before: Acts
+    after: Acts
+    early: frozenset[str] = frozenset()
+    loops: tuple[tuple[str, ...], ...] = ()
+    """Groups of units that need each other's outputs at t_k"""
+    events: frozenset[str] = frozenset()
+    """Units that use Event Mode"""
 
     def __str__(self) -> str:
-        return "; ".join(f"{act} {unit}" for act, unit in (*self.before, *self.after))
+        return "; ".join(f"{act} {', '.join(units)}" for act, units in (*self.before, *self.after))
+
+
+def algorithm_named(name: str) -> Algorithm:
+    """The algorithm of this name. Raises `RequestError`."""
+    if name not in set(Algorithm):
+        raise refuse("algorithm", f"`{name}`", choices(Algorithm))
+    return Algorithm(name)
+
+
+def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, solve_loops: bool = False) -> Schedule:
+    """The schedule of `system`.
+
+    Raises `RequestError` for an algebraic loop, shown as its chain, unless `solve_loops` asks for its solution and
+    every unit in it can go back to where it was.
+    """
+    if algorithm is Algorithm.JACOBI:
+        names = tuple(system.units)
+        everybody = [(act, (name,)) for act in (Act.SET, Act.STEP, Act.GET) for name in names]
+        return Schedule(_initial_order(system), before=(), after=tuple(everybody))
+    events = {n for n, s in system.units.items() if algorithm is Algorithm.CLOCKED and s.interface.event_mode}
+    early = {name for name in system.units if name in events or _is_early(system, name)}
+    needs = _needs(system, early)
+    groups = _groups(needs)
+    loops = tuple(tuple(group) for group in groups if len(group) > 1 or group[0] in needs[group[0]])
+    if loops:
+        _check_loops(system, needs, loops, early, events, solve_loops=solve_loops)
+    return _assembled(system, groups, loops, early, events)
 
 
 def sequential(system: System) -> Schedule:
     """The schedule without hidden delay. Raises `RequestError` for an algebraic loop, shown as its chain."""
-    early = {name for name in system.units if _is_early(system, name)}
-    again = {name for name in system.units if name not in early and _shows_again(system, name)}
-    order = _order(system, early)
+    return schedule(system)
 
-    before: list[tuple[Act, str]] = []
-    for name in order:
-        if name in early:
-            before += [(Act.SET, name), (Act.STEP, name), (Act.GET, name)]
+
+def _assembled(
+    system: System, groups: list[list[str]], loops: tuple[tuple[str, ...], ...], early: set[str], events: set[str]
+) -> Schedule:
+    order = [name for group in groups for name in group]
+    again = {name for name in order if name not in early and _shows_again(system, name)}
+    before: list[tuple[Act, tuple[str, ...]]] = []
+    for group in groups:
+        name = group[0]
+        if tuple(group) in loops:
+            before.append((Act.SOLVE, tuple(group)))
+        elif name in events:
+            before += [(act, (name,)) for act in (Act.SET, Act.ACTIVATE, Act.GET)]
+        elif name in early:
+            before += [(act, (name,)) for act in (Act.SET, Act.STEP, Act.GET)]
         elif name in again:
-            before += [(Act.SET, name), (Act.GET, name)]
-    late = [name for name in order if name not in early]
-    after = [(Act.SET, name) for name in late if name not in again]
-    after += [(Act.STEP, name) for name in late]
-    after += [(Act.GET, name) for name in late]
-    return Schedule(tuple(order), tuple(before), tuple(after))
+            before += [(act, (name,)) for act in (Act.SET, Act.GET)]
+    late = [name for name in order if name not in early or name in events]
+    after = [(Act.SET, (name,)) for name in late if name not in again and name not in events]
+    after += [(act, (name,)) for act in (Act.STEP, Act.GET) for name in late]
+    return Schedule(tuple(order), tuple(before), tuple(after), frozenset(early), loops, frozenset(events))
 
 
 def _is_early(system: System, name: str) -> bool:
@@ -77,17 +140,16 @@ def _shows_again(system: System, name: str) -> bool:
     return interface.output_after_set and bool(interface.feedthrough.any())
 
 
-def _order(system: System, early: set[str]) -> list[str]:
-    """Units sorted so that each comes after the sources it needs at the same instant."""
+Needs: TypeAlias = Mapping[str, Mapping[str, Connection]]
+"""For every unit the sources that it needs at the same instant, each with one of the wires"""
+
+
+def _needs(system: System, early: set[str]) -> Needs:
     needs: dict[str, dict[str, Connection]] = {name: {} for name in system.units}
     for wire in system.connections:
-        through = _needed_now(system, wire, early)
-        if through:
+        if _needed_now(system, wire, early):
             needs[wire.unit][wire.source] = wire
-    try:
-        return list(TopologicalSorter({name: list(sources) for name, sources in needs.items()}).static_order())
-    except CycleError as error:
-        raise _loop(error.args[1], needs) from error
+    return needs
 
 
 def _needed_now(system: System, wire: Connection, early: set[str]) -> bool:
@@ -99,12 +161,67 @@ def _needed_now(system: System, wire: Connection, early: set[str]) -> bool:
     return interface.output_after_set and bool(interface.feedthrough[row].any())
 
 
-def _loop(chain: list[str], needs: Mapping[str, Mapping[str, Connection]]) -> Exception:
-    # graphlib lists each unit before the one that needs it, the first once more at the end
-    wires = [needs[user][source] for source, user in itertools.pairwise(chain)]
-    return refuse(
-        "algebraic loop",
-        ", ".join(str(wire) for wire in wires),
-        "a chain of connections without a loop of direct feedthrough",
-        "Break it with a unit whose output does not depend on its input at the same instant (a state, a delay).",
-    )
+def _initial_order(system: System) -> tuple[str, ...]:
+    """The order in which outputs get known when nothing has been stepped: whatever depends on an input comes later."""
+    through = {name for name, source in system.units.items() if source.interface.feedthrough.any()}
+    return tuple(name for group in _groups(_needs(system, through)) for name in group)
+
+
+def _groups(needs: Needs) -> list[list[str]]:
+    """Units sorted so that each comes after the sources it needs; those that need each other are one group."""
+    remaining = {name: set(sources) for name, sources in needs.items()}
+    reach = {name: _reachable(name, needs) for name in needs}
+    group_of = {name: tuple(m for m in needs if m == name or (m in reach[name] and name in reach[m])) for name in needs}
+    graph = {
+        group: {group_of[source] for name in group for source in remaining[name]} - {group}
+        for group in dict.fromkeys(group_of.values())
+    }
+    return [list(group) for group in TopologicalSorter(graph).static_order()]
+
+
+def _reachable(name: str, needs: Needs) -> set[str]:
+    found: set[str] = set()
+    ahead = list(needs[name])
+    while ahead:
+        if (source := ahead.pop()) not in found:
+            found.add(source)
+            ahead.extend(needs[source])
+    return found
+
+
+def _check_loops(  # noqa: PLR0913 - what is known of a loop
+    system: System,
+    needs: Needs,
+    loops: Iterable[tuple[str, ...]],
+    early: set[str],
+    events: set[str],
+    *,
+    solve_loops: bool,
+) -> None:
+    chain = _chain(needs)
+    valid = "a chain of connections without a loop of direct feedthrough"
+    if not solve_loops:
+        remedy = (
+            "Break it with a unit whose output does not depend on its input at the same instant (a state, a delay),"
+            " or have it solved by iteration with --solve-loops."
+        )
+        raise refuse("algebraic loop", chain, valid, remedy)
+    problems: list[Problem] = []
+    for name in itertools.chain(*loops):
+        where = f"algebraic loop {chain}"
+        if name in events or (name in early and not system.units[name].interface.rolls_back):
+            found = f"`{name}`, which cannot go back to where it was"
+            problems.append(Problem(where, found, "units that save and restore their state (canGetAndSetFMUState)"))
+        if name in system.steps:
+            problems.append(Problem(where, f"`{name}`, which has a step of its own", "units that step with the others"))
+    if problems:
+        raise RequestError(problems)
+
+
+def _chain(needs: Needs) -> str:
+    try:
+        TopologicalSorter({name: list(sources) for name, sources in needs.items()}).prepare()
+    except CycleError as error:
+        # graphlib lists each unit before the one that needs it, the first once more at the end
+        return ", ".join(str(needs[user][source]) for source, user in itertools.pairwise(error.args[1]))
+    raise AssertionError("no loop")  # pragma: no cover - asked only where there is one

@@ -40,7 +40,8 @@ class Table:
             unit, _, name = path.partition(".")
             self.hold(unit, name, value)
 
-    def _slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
+    def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
+        """Type of an output, or of a held input, and its place in the column of that type."""
         first = self._first if role == "outputs" else self._held_first
         kind, at = positions(getattr(self.system.units[unit].interface, role))[name]
         start = first[unit][kind] + at
@@ -58,10 +59,10 @@ class Table:
         converted: list[tuple[Type, slice, Column, Transformation]] = []
         for variable in self.system.units[unit].interface.inputs:
             wire = drivers.get(variable.name)
-            kind, slots = self._slots(unit, variable.name, "inputs")
+            kind, slots = self.slots(unit, variable.name, "inputs")
             places = indices.setdefault(kind, [])
             if wire is not None and (unit, variable.name) not in self._held:
-                source, there = self._slots(wire.source, wire.output, "outputs")
+                source, there = self.slots(wire.source, wire.output, "outputs")
                 if source == kind and wire.conversion == IDENTITY:
                     slots = there
                 else:
@@ -91,7 +92,7 @@ class Table:
         """The value of an output now."""
         unit, _, name = path.partition(".")
         variable = self.system.variable(path)
-        kind, slots = self._slots(unit, name, "outputs")
+        kind, slots = self.slots(unit, name, "outputs")
         values = self.columns[kind][slots]
         if variable.shape:
             return values.reshape(variable.shape).copy()
@@ -99,7 +100,7 @@ class Table:
 
     def hold(self, unit: str, name: str, value: Any) -> None:
         """Give an input a constant value in place of its connection."""
-        kind, slots = self._slots(unit, name, "inputs")
+        kind, slots = self.slots(unit, name, "inputs")
         self.columns[kind][slots] = np.asarray(value).ravel()
         self._held.add((unit, name))
 
@@ -112,7 +113,7 @@ class Table:
         found: list[tuple[str, Type, int]] = []
         for unit, source in self.system.units.items():
             for variable in source.interface.outputs:
-                kind, slots = self._slots(unit, variable.name, "outputs")
+                kind, slots = self.slots(unit, variable.name, "outputs")
                 found += [(f"{unit}.{e}", kind, slots.start + i) for i, e in enumerate(variable.elements)]
         return found
 

@@ -1,0 +1,53 @@
+"""The initialisation: values travel along the connections in Initialization Mode until nothing changes any more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+
+from components.interfaces.quantity import Type
+from fmus.unit import Column, Unit, UnitError
+from orchestrator.loops import Loop
+from orchestrator.schedule import Schedule
+from orchestrator.system import System
+from orchestrator.table import Table
+
+PASSES: Final = 100
+"""More than any chain of units needs; a loop that contracts settles within them too."""
+
+
+def initialise(
+    system: System,
+    schedule: Schedule,
+    units: Mapping[str, Unit],
+    table: Table,
+    checked: Callable[[Unit, object], None],
+) -> None:
+    """Set the inputs and get the outputs of all units, in the order of their dependencies, until they are settled.
+
+    Algebraic loops that the schedule solves are solved here too. Raises `UnitError` where values keep changing.
+    """
+    loops = [Loop(system, group, schedule, units, table) for group in schedule.loops]
+    outputs = {kind: table.columns[kind][:n] for kind, n in table.recorded.items() if n}
+    before: dict[Type, Column] = {}
+    for _ in range(PASSES):
+        before = {kind: column.copy() for kind, column in outputs.items()}
+        for name in schedule.order:
+            for function in (*table.gathers(name), *units[name].setters(), *units[name].getters()):
+                checked(units[name], function())
+        for loop in loops:
+            loop.settle()
+        if all(_settled(kind, before[kind], column) for kind, column in outputs.items()):
+            return
+    for path, kind, at in table.elements():
+        if not _settled(kind, before[kind][at : at + 1], outputs[kind][at : at + 1]):
+            action = f"the initialisation does not settle: `{path}` is still {outputs[kind][at]} after {PASSES} passes"
+            raise UnitError(path.partition(".")[0], action, [f"it was {before[kind][at]} in the pass before"])
+
+
+def _settled(kind: Type, before: Column, now: Column) -> bool:
+    if kind.is_float:
+        return bool(np.allclose(before, now, rtol=1e-12, atol=1e-14, equal_nan=True))
+    return bool((before == now).all())

@@ -1,0 +1,102 @@
+"""Algebraic loops: outputs that depend on each other at one instant, found by iteration with state rollback.
+
+The numbers that units of the loop give each other are the unknowns z. One evaluation gives all units these inputs,
+steps those whose outputs show by stepping (each from the state it had before), and reads the outputs G(z). scipy's
+hybrid Newton method solves G(z) = z. In Initialization Mode nothing steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize  # type: ignore[unused-ignore]
+
+from fmus.unit import FMI_WARNING, Unit, UnitError
+from orchestrator.schedule import Schedule
+from orchestrator.system import System
+from orchestrator.table import Table
+
+TOLERANCE: Final = 1e-9
+"""Largest difference between what a unit was given and what the others then show, relative to its size or 1"""
+
+
+class Loop:
+    """One group of units that need each other's outputs at the same instant."""
+
+    def __init__(
+        self, system: System, group: Sequence[str], schedule: Schedule, units: Mapping[str, Unit], table: Table
+    ) -> None:
+        self._group = tuple(group)
+        self._units, self._table = units, table
+        self._stepped = [units[name] for name in group if name in schedule.early]
+        inside = {(c.source, c.output): c for c in system.connections if c.source in group and c.unit in group}
+        self._chain = ", ".join(str(wire) for wire in inside.values())
+        slots = [table.slots(unit, output, "outputs") for unit, output in inside]
+        self._slots = [(table.columns[kind], where) for kind, where in slots if kind.is_float]
+        self._others = [(table.columns[kind], where) for kind, where in slots if not kind.is_float]
+
+    def solve(self, t: float, h: float) -> None:
+        """Find outputs at `t` that agree with each other, and leave all units there. Raises `UnitError`."""
+        states = [unit.save() for unit in self._stepped]
+
+        def evaluate(z: NDArray[np.float64]) -> NDArray[np.float64]:
+            for unit, state in zip(self._stepped, states, strict=True):
+                unit.restore(state)
+            return self._evaluate(z, t, h)
+
+        try:
+            self._solve(evaluate, f"at t = {t:g} s")
+        finally:
+            for unit, state in zip(self._stepped, states, strict=True):
+                unit.forget(state)
+
+    def settle(self) -> None:
+        """The same in Initialization Mode. Raises `UnitError`."""
+
+        def evaluate(z: NDArray[np.float64]) -> NDArray[np.float64]:
+            return self._evaluate(z, None, 0.0)
+
+        self._solve(evaluate, "at the start")
+
+    def _solve(self, evaluate: Any, when: str) -> None:
+        z = self._values()
+        shown = evaluate(z)
+        if not np.array_equal(shown, z):
+            found: Any = optimize.root(lambda x: evaluate(x) - x, shown, method="hybr", options={"xtol": 1e-13})
+            z = np.asarray(found.x, dtype=float)
+            shown = evaluate(z)
+        others = [column[where].copy() for column, where in self._others]
+        again = evaluate(shown) if self._others else shown
+        steady = all(np.array_equal(a, c[where]) for a, (c, where) in zip(others, self._others, strict=True))
+        wrong = np.abs(again - z) / np.maximum(1.0, np.abs(z))
+        if not (steady and (wrong <= TOLERANCE).all()):
+            action = f"the algebraic loop {self._chain} has no solution near its last one {when}"
+            raise UnitError(", ".join(self._group), action, [f"inputs and outputs differ by {np.nanmax(wrong):.2g}"])
+
+    def _values(self) -> NDArray[np.float64]:
+        return np.concatenate([column[where] for column, where in self._slots], dtype=np.float64)
+
+    def _evaluate(self, z: NDArray[np.float64], t: float | None, h: float) -> NDArray[np.float64]:
+        at = 0
+        for column, where in self._slots:
+            n = where.stop - where.start
+            column[where] = z[at : at + n]
+            at += n
+        for name in self._group:
+            for function in (*self._table.gathers(name), *self._units[name].setters()):
+                _checked(self._units[name], function())
+        if t is not None:
+            for unit in self._stepped:
+                _checked(unit, unit.step(t, h))
+        for name in self._group:
+            for function in self._units[name].getters():
+                _checked(self._units[name], function())
+        return self._values()
+
+
+def _checked(unit: Unit, status: object) -> None:
+    if isinstance(status, int) and status > FMI_WARNING:
+        raise UnitError(unit.name, f"returned status {status} while its algebraic loop was solved", unit.messages)

@@ -1,0 +1,84 @@
+"""The schedule lowered to prepared calls: what happens at a tick, unit by unit, with nothing left to decide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from math import lcm
+from typing import TypeAlias
+
+from fmus.unit import Unit
+from orchestrator.loops import Loop
+from orchestrator.schedule import Act, Acts, Schedule
+from orchestrator.system import System
+from orchestrator.table import Table
+
+Call: TypeAlias = tuple[Callable[..., object], bool, str]
+"""A function, whether it is given the time and the step, and the unit it belongs to"""
+
+
+class Lowered:
+    """The calls of every macro step. Units with longer steps act at some ticks only, in a pattern that repeats."""
+
+    def __init__(self, system: System, schedule: Schedule, units: Mapping[str, Unit], table: Table) -> None:
+        self._schedule, self._units, self._table = schedule, units, table
+        self._steps = {name: system.steps.get(name, Fraction(1)) for name in units}
+        self._period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
+        self._loops = {group: Loop(system, group, schedule, units, table) for group in schedule.loops}
+        self._before: dict[int, list[Call]] = {}
+        self._after: dict[int, list[Call]] = {}
+
+    def before(self, tick: int) -> list[Call]:
+        """The calls that complete the instant of `tick`."""
+        phase = tick % self._period
+        if phase not in self._before:
+            self._before[phase] = list(self._calls(self._schedule.before, phase, after=False))
+        return self._before[phase]
+
+    def after(self, tick: int) -> list[Call]:
+        """The calls that lead from `tick` to the next."""
+        phase = tick % self._period
+        if phase not in self._after:
+            self._after[phase] = list(self._calls(self._schedule.after, phase, after=True))
+        return self._after[phase]
+
+    def _calls(self, acts: Acts, phase: int, *, after: bool) -> Iterator[Call]:
+        for act, names in acts:
+            if act is Act.SOLVE:
+                yield self._loops[names].solve, True, ", ".join(names)
+                continue
+            name = names[0]
+            # a step that ends at the next tick is taken, and its outcome shown, just before that tick
+            ends = after and act in (Act.STEP, Act.GET)
+            if not (phase + ends) % self._steps[name].numerator:
+                yield from self._act(act, name, ends=ends)
+
+    def _act(self, act: Act, name: str, *, ends: bool) -> Iterator[Call]:
+        unit = self._units[name]
+        if act is Act.STEP:
+            yield own_step(unit, self._steps[name], ends=ends), True, name
+        elif act is Act.ACTIVATE:
+            yield unit.activate, True, name
+        elif act is Act.SET:
+            for function in (*self._table.gathers(name), *unit.setters()):
+                yield function, False, name
+        else:
+            for function in unit.getters():
+                yield function, False, name
+
+
+def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[float, float], object]:
+    """The step of a unit whose own is `ratio` macro steps; one that `ends` at the next tick began before this one."""
+    n, parts = ratio.numerator, ratio.denominator
+
+    def several(t: float, h: float) -> object:
+        begin = round(t / h) - (n - 1 if ends else 0)
+        return unit.step(begin * h, n * h)
+
+    def divided(t: float, h: float) -> object:
+        for part in range(parts):
+            if status := unit.step(t + part * (h / parts), h / parts):
+                return status
+        return 0
+
+    return several if n > 1 else divided if parts > 1 else unit.step
