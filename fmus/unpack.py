@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import shutil
+import stat
+import tempfile
 import zipfile
 import zlib
+from collections.abc import Collection, Generator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
@@ -23,9 +27,36 @@ LARGEST_RATIO: Final = 200
 def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
     """Unpack the zip archive `path` into `folder`, which exists. Raises `RequestError`, before anything is written.
 
-    Refused are a missing or corrupt archive, entries that would leave the folder, encrypted ones, and zip bombs.
+    Refused are a missing or corrupt archive, entries that would leave the folder, links, encrypted ones, and zip bombs.
     Backslashes in names, as some tools on Windows write them, separate folders.
     """
+    with _opened(path, folder, where, valid) as archive:
+        for entry in archive.infolist():
+            target = folder / _name(entry)
+            if entry.is_dir() or _name(entry).endswith("/"):
+                target.mkdir(parents=True, exist_ok=True)
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with archive.open(entry) as source, target.open("wb") as file:
+                shutil.copyfileobj(source, file)
+
+
+def read(path: Path, names: Collection[str], where: str, valid: str) -> tuple[frozenset[str], dict[str, bytes]]:
+    """The names of all files of an archive, and the content of those of `names` that are in it, all of it intact.
+
+    Nothing is written. Raises `RequestError` as `unpack` does.
+    """
+    with _opened(path, Path(tempfile.gettempdir()), where, valid) as archive:
+        entries = {_name(entry): entry for entry in archive.infolist() if not _name(entry).endswith("/")}
+        found = {name: archive.read(entry) for name, entry in entries.items() if name in names}
+        if damaged := archive.testzip():
+            raise refuse(where, f"a corrupt archive ({damaged} is damaged)", valid, "Pack or copy it again.")
+        return frozenset(entries), found
+
+
+@contextmanager
+def _opened(path: Path, folder: Path, where: str, valid: str) -> Generator[zipfile.ZipFile]:
+    """An archive whose entries may be unpacked into `folder`."""
     if not path.is_file():
         raise refuse(where, "no such file", valid)
     try:
@@ -33,14 +64,7 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
             entries = archive.infolist()
             raise_if_any(_entry_problems(entries, folder, where, valid))
             raise_if_any(_size_problems(entries, path.stat().st_size, folder, where, valid))
-            for entry in entries:
-                target = folder / _name(entry)
-                if entry.is_dir() or _name(entry).endswith("/"):
-                    target.mkdir(parents=True, exist_ok=True)
-                    continue
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with archive.open(entry) as source, target.open("wb") as file:
-                    shutil.copyfileobj(source, file)
+            yield archive
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError) as error:
         if not zipfile.is_zipfile(path):
             raise refuse(where, "a file that is no zip archive", valid) from error
@@ -53,6 +77,7 @@ def _name(entry: zipfile.ZipInfo) -> str:
 
 def _entry_problems(entries: list[zipfile.ZipInfo], folder: Path, where: str, valid: str) -> list[Problem]:
     found: list[Problem] = []
+    seen: set[str] = set()
     for entry in entries:
         name = PurePosixPath(_name(entry))
         inside = (folder / name).resolve().is_relative_to(folder.resolve())
@@ -60,6 +85,11 @@ def _entry_problems(entries: list[zipfile.ZipInfo], folder: Path, where: str, va
             found.append(Problem(where, f"an entry that would leave the folder, {entry.filename}", valid))
         elif entry.flag_bits & 1:
             found.append(Problem(where, f"an encrypted entry, {entry.filename}", valid, "Pack it without a password."))
+        elif stat.S_ISLNK(entry.external_attr >> 16):
+            found.append(Problem(where, f"a symbolic link, {entry.filename}", valid, "Pack the file that it leads to."))
+        elif _name(entry) in seen:
+            found.append(Problem(where, f"two entries of one name, {entry.filename}", valid, "Pack it again."))
+        seen.add(_name(entry))
     return found
 
 

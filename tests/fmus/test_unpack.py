@@ -80,6 +80,39 @@ def test_encrypted_entries_are_refused(tmp_path):
     )
 
 
+def test_links_are_refused(tmp_path):
+    link = zipfile.ZipInfo("binaries/link.so")
+    link.external_attr = 0o120777 << 16
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr(link, "/etc/passwd")
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found a symbolic link, binaries/link.so; valid: an archive. Pack the file that it leads to."
+    )
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_two_entries_of_one_name_are_refused(tmp_path):
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("a.txt", "1")
+        made.writestr("a.txt", "2")
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found two entries of one name, a.txt; valid: an archive. Pack it again."
+    )
+
+
+def test_files_can_be_read_without_unpacking_and_damage_to_others_is_noticed(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "1", "b/": "", "b/c.txt": "hello hello"}, zipfile.ZIP_STORED)
+    assert unpack.read(path, {"a.txt", "x"}, "a.zip", VALID) == ({"a.txt", "b/c.txt"}, {"a.txt": b"1"})
+    path.write_bytes(path.read_bytes().replace(b"hello hello", b"hello hallo"))
+    with pytest.raises(RequestError) as error:
+        unpack.read(path, {"a.txt"}, "a.zip", VALID)
+    assert str(error.value) == (
+        "a.zip: found a corrupt archive (b/c.txt is damaged); valid: an archive. Pack or copy it again."
+    )
+
+
 def test_zip_bombs_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(unpack, "SUSPICIOUS", 2**20)
     path = archive(tmp_path / "a.zip", {"a.bin": bytes(4 * 2**20)})
