@@ -1,37 +1,42 @@
 """System Structure and Parameterization (SSP): any system as one exchange file, and back.
 
-A system of FMI 2.0 FMUs is written as SSP 1.0, element by element; with FMI 3.0 FMUs or blocks of this process it is
-SSP 2.0, whose connectors have dimensions. What SSP has no word for (macro step, scene, sockets, held inputs) stands
-in annotations of type `org.macrostep`, which other tools pass over.
+A system of FMI 2.0 FMUs is written as SSP 1.0, element by element, for other tools; with FMI 3.0 FMUs or blocks of this
+process it is SSP 2.0, whose connectors have dimensions. What SSP has no word for (scene, sockets, held inputs) stands
+in annotations of type `org.macrostep`, which other tools pass over. All parameter sets carry the scenario's name: Ecos
+applies one set by its name to the whole system.
 """
 
 from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Sequence
 from dataclasses import asdict
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, TypeAlias, cast
 
 import numpy as np
 from lxml import etree
 
+from components.interfaces.conversion import IDENTITY, Linear, Transformation
+from components.interfaces.problem import refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from components.interfaces.unit_strings import UNITS
+from fmus.ports import whole_name
 from fmus.version import Version
 from orchestrator.scenario import Scenario
-from orchestrator.system import Fmu, InProcess, System
+from orchestrator.system import Connection, Fmu, InProcess, Source, System
 
 SSD: Final = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC: Final = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 OURS: Final = "urn:macrostep"
+OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 BLOCK_TYPE: Final = "application/x-macrostep-block"
 BLOCK_SOURCE: Final = "urn:macrostep:block:"
 FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
-_NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV}
+_NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
 Element: TypeAlias = Any
 """An element of lxml, whose own type is private"""
@@ -39,17 +44,27 @@ _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
 def write(scenario: Scenario, path: Path) -> None:
-    """Write a scenario's system with its FMUs and parameter values as one `.ssp` file; equal systems, equal bytes."""
+    """Write a scenario's system with its FMUs and parameter values as one `.ssp` file; equal systems, equal bytes.
+
+    Raises `RequestError` for a unit that SSP cannot carry.
+    """
     files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
     for name, source in scenario.system.units.items():
         files[f"resources/{name}.ssv"] = _text(_parameter_set(scenario, name))
         if isinstance(source, Fmu):
-            files[f"resources/{Path(source.path).name}"] = Path(source.path).read_bytes()
+            files[_resource(scenario.system, name)] = Path(source.path).read_bytes()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
             archive.writestr(info, files[name])
+
+
+def _resource(system: System, unit: str) -> str:
+    """Where a unit's FMU is in the archive; the unit's name comes first where another file has the same name."""
+    path = Path(cast(Fmu, system.units[unit]).path)
+    others = [Path(s.path) for s in system.units.values() if isinstance(s, Fmu) and Path(s.path) != path]
+    return f"resources/{unit}.{path.name}" if any(o.name == path.name for o in others) else f"resources/{path.name}"
 
 
 def _text(root: Element) -> bytes:
@@ -69,29 +84,90 @@ def _description(scenario: Scenario) -> Element:
     top = _add(root, SSD, "System", name=scenario.name, description=scenario.title)
     elements = _add(top, SSD, "Elements")
     quantities: list[Quantity] = []
-    for name, source in system.units.items():
-        quantities += _component(elements, name, source, old=old)
+    for name in system.units:
+        quantities += _component(elements, scenario, name, old=old)
     wires = _add(top, SSD, "Connections")
     for wire in system.connections:
-        variable = system.variable(f"{wire.unit}.{wire.input}", role="inputs")
-        ends = zip(_names(wire.output, variable, old=old), _names(wire.input, variable, old=old), strict=True)
-        for start, end in ends:
-            _add(
-                wires,
-                SSD,
-                "Connection",
-                startElement=wire.source,
-                startConnector=start,
-                endElement=wire.unit,
-                endConnector=end,
-            )
+        _connection(wires, system, wire, old=old)
     _enumerations(root, quantities)
     _units(root, quantities)
-    _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
+    _experiment(root, scenario)
     annotations = _add(root, SSD, "Annotations")
     annotation = _add(annotations, SSC, "Annotation", type="org.macrostep")
     _add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario))
     return root
+
+
+def _connection(parent: Element, system: System, wire: Connection, *, old: bool) -> None:
+    """One connection, or one per element. A conversion is written in full: most tools convert no units themselves."""
+    starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
+    ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+    for start, end in zip(starts, ends, strict=True):
+        made = _add(
+            parent,
+            SSD,
+            "Connection",
+            startElement=wire.source,
+            startConnector=start,
+            endElement=wire.unit,
+            endConnector=end,
+        )
+        if wire.conversion != IDENTITY:
+            made.set("suppressUnitConversion", "true")
+            _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
+
+
+def _transformation(parent: Element, transformation: Transformation, q: Quantity) -> None:
+    if isinstance(transformation, Linear):
+        values = {"factor": repr(transformation.factor), "offset": repr(transformation.offset)}
+        _add(parent, SSC, "LinearTransformation", **values)
+        return
+    label = str(q.type) if q.type in {Type.BOOLEAN, Type.ENUMERATION} else "Integer"
+    table = _add(parent, SSC, f"{label}MappingTransformation")
+    for source, target in transformation.table.items():
+        _add(table, SSC, "MapEntry", source=_literal(source, q), target=_literal(target, q))
+
+
+def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
+    """The names of a variable's elements where FMI 2.0 flattens them, as the file spells them; else its own.
+
+    `role` is `inputs`, `outputs` or `parameters`.
+    """
+    variable = {v.name: v for v in getattr(source.interface, role)}[name]
+    if not (old and variable.shape):
+        return [name]
+    if not isinstance(source, Fmu):
+        return variable.elements
+    spelled = {
+        v.valueReference: str(v.name)
+        for v in source.archive.description.modelVariables
+        if v.causality == role.removesuffix("s") and whole_name(v.name, {name: None}) == name
+    }
+    return [spelled[reference] for reference in source.archive.references[name]]
+
+
+def _experiment(root: Element, scenario: Scenario) -> None:
+    """Start and stop time; and the macro step where libcosim looks for it, as SSP has no place of its own."""
+    experiment = _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
+    algorithm = _osp(experiment, "Algorithm")
+    _add(algorithm, OSP, "FixedStepAlgorithm", baseStepSize=repr(scenario.h))
+
+
+def _osp(parent: Element, label: str, **attributes: str) -> Element:
+    annotation = _add(_add(parent, SSD, "Annotations"), SSC, "Annotation", type="com.opensimulationplatform")
+    return _add(annotation, OSP, label, **attributes)
+
+
+def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Variable]]:
+    """What a component shows, by kind of connector.
+
+    SSP wants only the connectors that are connected. In SSP 1.0, enumerations that nobody reads are left out: libcosim
+    ends its process when it meets one.
+    """
+    interface = system.units[name].interface
+    read = {c.output for c in system.connections if c.source == name}
+    outputs = [v for v in interface.outputs if not (old and v.quantity.type is Type.ENUMERATION and v.name not in read)]
+    return {"input": list(interface.inputs), "output": outputs, "parameter": list(interface.parameters)}
 
 
 def _extras(scenario: Scenario) -> dict[str, Any]:
@@ -101,38 +177,41 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
         "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
         "sockets": {name: socket.name for name, socket in scenario.system.sockets.items()},
         "held": held,
+        "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
         "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
     }
 
 
-def _component(parent: Element, name: str, source: Fmu | InProcess, *, old: bool) -> list[Quantity]:
-    kind, where = FMU_TYPE, f"resources/{Path(source.path).name}" if isinstance(source, Fmu) else ""
-    if isinstance(source, InProcess):
+def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
+    system = scenario.system
+    source = system.units[name]
+    if isinstance(source, Fmu):
+        kind, where = FMU_TYPE, _resource(system, name)
+    elif isinstance(source, InProcess):
         kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
+    else:
+        raise refuse(name, f"`{source.interface.kind}`, which is neither a file nor a block", "an FMU, or a block")
     component = _add(parent, SSD, "Component", name=name, type=kind, source=where)
     connectors = _add(component, SSD, "Connectors")
-    interface = source.interface
-    groups = {"input": interface.inputs, "output": interface.outputs, "parameter": interface.parameters}
-    for role, variables in groups.items():
+    shown = _connectors(system, name, old=old)
+    for role, variables in shown.items():
         for variable in variables:
-            for label in _names(variable.name, variable, old=old):
+            for label in element_names(source, variable.name, f"{role}s", old=old):
                 connector = _add(connectors, SSD, "Connector", name=label, kind=role)
                 _type(connector, SSC, variable.quantity, old=old)
                 if not old:
                     _dimensions(connector, variable)
     bindings = _add(component, SSD, "ParameterBindings")
     _add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
-    return [v.quantity for variables in groups.values() for v in variables]
-
-
-def _names(name: str, variable: Variable, *, old: bool) -> list[str]:
-    return Variable(name, variable.quantity).elements if old else [name]
+    if system.steps.get(name, 1) > 1:
+        _osp(component, "StepSizeHint", value=repr(float(system.steps[name] * Fraction(repr(scenario.h)))))
+    return [v.quantity for variables in shown.values() for v in variables]
 
 
 def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
     label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
     made = _add(parent, space, label)
-    if q.type is Type.FLOAT64:
+    if _has_unit(q):
         made.set("unit", q.unit)
     if q.type is Type.ENUMERATION and q.enumeration is not None:
         made.set("name", q.enumeration.__name__)
@@ -148,7 +227,7 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
     source, old = scenario.system.units[name], is_old(scenario.system)
     root = etree.Element(_q(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
     root.set("version", "1.0" if old else "2.0")
-    root.set("name", name)
+    root.set("name", scenario.name)
     parameters = _add(root, SSV, "Parameters")
     used: list[Quantity] = []
     for variable in source.interface.parameters:
@@ -157,7 +236,9 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
         used.append(variable.quantity)
         value = np.asarray(source.parameters[variable.name])
         origin = scenario.sources.get(f"{name}.{variable.name}", {}).get("source", "")
-        for label, text in _values(variable, value, old=old):
+        texts = [_literal(element, variable.quantity) for element in value.ravel().tolist()]
+        labels = element_names(source, variable.name, "parameters", old=old)
+        for label, text in zip(labels, texts if old else [" ".join(texts)], strict=True):
             parameter = _add(parameters, SSV, "Parameter", name=label)
             if origin:
                 parameter.set("description", str(origin))
@@ -168,20 +249,19 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
     return root
 
 
-def _values(variable: Variable, value: np.ndarray[Any, Any], *, old: bool) -> Iterator[tuple[str, str]]:
-    texts = [_literal(element, variable.quantity) for element in value.ravel().tolist()]
-    if old:
-        yield from zip(variable.elements, texts, strict=True)
-    else:
-        yield variable.name, " ".join(texts)
-
-
-def _literal(value: float | bool, q: Quantity) -> str:  # noqa: FBT001
+def _literal(value: Any, q: Quantity) -> str:
     if q.type is Type.BOOLEAN:
         return "true" if value else "false"
+    if q.type is Type.BINARY:
+        return bytes(value).hex()
     if q.enumeration is not None:
         return q.enumeration(int(value)).name
-    return repr(float(value)) if q.type is Type.FLOAT64 else str(int(value))
+    return repr(float(value)) if q.type.is_float else str(value)
+
+
+def _has_unit(q: Quantity) -> bool:
+    """Whether SSP can say the unit: it wants the definition in base units."""
+    return q.type.is_float and bool(q.unit) and q.base_unit is not None
 
 
 def _enumerations(root: Element, quantities: list[Quantity]) -> None:
@@ -195,15 +275,17 @@ def _enumerations(root: Element, quantities: list[Quantity]) -> None:
             _add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
 
 
-def _units(root: Element, quantities: list[Quantity], space: str = SSD) -> None:
-    names = sorted({q.unit for q in quantities if q.type is Type.FLOAT64})
-    if not names:
+def _units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
+    units = {q.unit: q.base_unit for q in quantities if _has_unit(q)}
+    if not units:
         return
     parent = _add(root, space, "Units")
-    for name in names:
-        unit = _add(parent, SSC, "Unit", name=name)
-        exponents: Mapping[str, int] = UNITS.get(name, {})
-        _add(unit, SSC, "BaseUnit", **{base: str(n) for base, n in exponents.items()})
+    for name, base in sorted(units.items(), key=lambda item: item[0]):
+        if base is not None:
+            attributes = {b: str(n) for b, n in base.exponents.items()}
+            attributes |= {"factor": repr(base.factor)} if base.factor != 1 else {}
+            attributes |= {"offset": repr(base.offset)} if base.offset else {}
+            _add(_add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **attributes)
 
 
 def _add(parent: Element, space: str, label: str, /, **attributes: str) -> Element:
