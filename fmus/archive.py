@@ -4,23 +4,26 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-from fmpy import read_model_description
 from fmpy.model_description import ModelDescription
-from lxml import etree
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import RequestError, refuse
 from components.interfaces.record import Variable
+from fmus.clocks import clocks
+from fmus.description import FILE, Description, read_description
+from fmus.library import binary_remark
 from fmus.ports import Port, ports, whole_name
 from fmus.unit import Interface
+from fmus.unpack import read
 from fmus.version import Version
+
+VALID: Final = f"an FMU: a zip archive with {FILE}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 
 
 @dataclass(frozen=True)
@@ -35,64 +38,71 @@ class Archive:
     """Value references of each variable: one per element in FMI 2.0, one in all in FMI 3.0"""
     structural: tuple[str, ...] = ()
     """Structural parameters: those that lengths of arrays depend on"""
+    clocks_of: Mapping[str, frozenset[int]] = MappingProxyType({})
+    """Value references of the clocks of each clocked variable"""
+    remarks: tuple[str, ...] = ()
+    """What a person should know of it: rules of FMI that it breaks, and what it needs"""
+    files: frozenset[str] = frozenset()
+    """All files in it"""
+    root: Any = None
+    """The root element of its model description"""
+
+    @property
+    def is_model_exchange(self) -> bool:
+        """Whether it has to be integrated by a solver, as it brings none of its own."""
+        return self.description.coSimulation is None
+
+    @property
+    def kind(self) -> Any:
+        """The interface type that is used, with its capabilities: Co-Simulation where there is a choice."""
+        return self.description.coSimulation or self.description.modelExchange
 
 
-def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({})) -> Archive:
+def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:
     """Read an FMU's description. Raises `RequestError` when it is none, or none that can run here.
 
-    `values` are those of its parameters that are given: the structural ones decide the lengths of arrays.
+    `values` are those of its parameters that are given: the structural ones decide the lengths of arrays. A `lenient`
+    reader overlooks broken rules that do not keep the FMU from running; they become remarks.
     """
     where = str(path)
-    valid = "an FMU: a zip archive with modelDescription.xml, FMI 2.0 or 3.0 Co-Simulation"
-    if not path.is_file():
-        raise refuse(where, "no such file", valid, "Build the FMUs of this project with `macrostep build`.")
-    if not zipfile.is_zipfile(path):
-        raise refuse(where, "a file that is no zip archive", valid)
-    root = _description_root(path, where, valid)
-    version = _declared_version(root, where, valid)
-    try:
-        with path.open("rb") as file:  # given a path, FMPy leaves it open when it fails
-            description = read_model_description(file)
-    except Exception as error:  # FMPy raises bare Exception for whatever the schema refuses
-        said = f"`{error}`, which is not there" if isinstance(error, KeyError) else str(error)
-        raise refuse(where, f"a model description that breaks the standard ({said})", valid) from error
-    if description.coSimulation is None:
-        raise refuse(
-            where, "no Co-Simulation interface", "an FMU for Co-Simulation", "Export it again for Co-Simulation."
-        )
-    found = ports(root, description, version, values)
-    return Archive(
+    known, contents = read(path, {FILE}, where, VALID)
+    if FILE not in contents:
+        raise refuse(where, f"an archive without {FILE}", VALID)
+    read_one = read_description(contents[FILE], where, lenient=lenient)
+    found = _ports(read_one, values, where)
+    archive = Archive(
         path,
-        version,
-        description,
-        _interface(root, description, found),
+        read_one.version,
+        read_one.model,
+        _interface(read_one, found),
         references={p.variable.name: p.references for p in found},
         structural=tuple(p.variable.name for p in found if p.structural),
+        clocks_of={p.variable.name: frozenset(p.clocks) for p in found if p.clocks},
+        remarks=read_one.remarks,
+        files=known,
+        root=read_one.root,
     )
+    remarks = [*archive.remarks]
+    if archive.kind.needsExecutionTool:
+        remarks.append("needs the tool that made it to be installed")
+    identifier = archive.kind.modelIdentifier
+    if told := binary_remark(archive.root, archive.version, identifier, known, where):
+        remarks.append(told)
+    return replace(archive, remarks=tuple(remarks))
 
 
-def _description_root(path: Path, where: str, valid: str) -> Any:
-    """The root element of the model description."""
+def _ports(description: Description, values: Mapping[str, Any], where: str) -> list[Port]:
     try:
-        with zipfile.ZipFile(path) as archive:
-            return etree.fromstring(archive.read("modelDescription.xml"), etree.XMLParser(resolve_entities=False))
-    except (KeyError, OSError, zipfile.BadZipFile) as error:
-        raise refuse(where, "an archive without a readable modelDescription.xml", valid) from error
-    except etree.XMLSyntaxError as error:
-        raise refuse(where, f"a modelDescription.xml that is not well-formed ({error})", valid) from error
+        return ports(description.root, description.model, description.version, values)
+    except RequestError:
+        raise
+    except (ValueError, LookupError, TypeError, AttributeError) as error:  # only what the schema refuses gets here
+        found = f"a variable that cannot be understood ({error})"
+        raise refuse(f"{where}, {FILE}", found, "what FMI allows") from error
 
 
-def _declared_version(root: Any, where: str, valid: str) -> Version:
-    """The version of FMI that the description names."""
-    version = root.get("fmiVersion")
-    if root.tag != "fmiModelDescription" or version is None:
-        raise refuse(where, f"a modelDescription.xml that describes no FMU (its root is `{root.tag}`)", valid)
-    if version.split(".")[0] not in {"2", "3"}:
-        raise refuse(where, f"FMI version {version}", "2.0 or 3.0", "Export it again as FMI 2.0 or 3.0.")
-    return Version(int(version.split(".")[0]))
-
-
-def _interface(root: Any, description: ModelDescription, found: list[Port]) -> Interface:
+def _interface(read_one: Description, found: list[Port]) -> Interface:
+    description = read_one.model
     inputs, outputs, parameters = (
         [p.variable for p in found if p.causality == causality] for causality in ("input", "output", "parameter")
     )
@@ -102,9 +112,11 @@ def _interface(root: Any, description: ModelDescription, found: list[Port]) -> I
         outputs=tuple(outputs),
         parameters=tuple(parameters),
         feedthrough=_feedthrough(description, outputs, inputs),
-        output_after_set=_output_after_set(root),
+        output_after_set=description.coSimulation is None or _output_after_set(read_one.root),
         starts={p.variable.name: p.start for p in found if p.start is not None},
         rolls_back=_rolls_back(description),
+        event_mode=read_one.version == Version.FMI3 and bool(getattr(description.coSimulation, "hasEventMode", False)),
+        clocks=clocks(read_one.root),
     )
 
 

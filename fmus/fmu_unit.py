@@ -12,10 +12,11 @@ import ctypes
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-import fmpy
 import numpy as np
 from fmpy import calloc, fmi2, fmi3, free
 from fmpy.fmi1 import FMICallException
@@ -23,11 +24,14 @@ from typing_extensions import override
 
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type
-from fmus.archive import Archive
+from fmus.archive import VALID, Archive
+from fmus.fmi2_logger import formatting_logger, register, release
+from fmus.library import loaded
 from fmus.unit import Column, Operation, Unit, UnitError, by_type
+from fmus.unpack import unpack
 from fmus.version import Version
 
-_ADDRESS = ctypes.c_size_t
+ADDRESS = ctypes.c_size_t
 
 _NATIVE: Mapping[Version, Mapping[Type, tuple[str, type[np.generic]]]] = {
     Version.FMI2: {
@@ -58,33 +62,42 @@ class FmuUnit(Unit):
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive.interface)
         self._archive = archive
-        self._folder = tempfile.mkdtemp(prefix="macrostep_")
-        fmpy.extract(str(archive.path), self._folder)
-        self._fmu = self._instantiate()
-        self._component = int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
         self._kept: list[Any] = []  # arrays whose addresses the library is given
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
+        self._component = 0
+        self._folder = Path(tempfile.mkdtemp(prefix="macrostep_")).resolve()
+        try:
+            unpack(archive.path, self._folder, str(archive.path), VALID)
+            self._fmu = loaded(self._kind(), archive, self._folder, name)
+            self._instantiated()
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
+        self._component = int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
 
-    def _instantiate(self) -> Any:
+    def _kind(self) -> Any:
+        """FMPy's class for this FMU."""
         raise NotImplementedError
 
-    def _loaded(self, kind: Any) -> Any:
-        description = self._archive.description
-        try:
-            return kind(
-                guid=description.instantiationToken if self.prefix == "fmi3" else description.guid,
-                modelIdentifier=description.coSimulation.modelIdentifier,
-                unzipDirectory=self._folder,
-                instanceName=self.name,
-            )
-        except Exception as error:  # FMPy raises bare Exception
-            shutil.rmtree(self._folder, ignore_errors=True)
+    def _instantiate(self, *, logging: bool) -> None:
+        """Make an instance. Raises bare Exception, as FMPy does."""
+        raise NotImplementedError
+
+    def _instantiated(self) -> None:
+        with suppress(Exception):  # FMPy raises bare Exception
+            self._instantiate(logging=False)
+            return
+        try:  # once more, to hear why: many say it only when they are asked to log
+            self._instantiate(logging=True)
+        except Exception as error:
+            said = f" ({'; '.join(dict.fromkeys(self.messages))})" if self.messages else ", and does not say why"
+            token = "token" if self.prefix == "fmi3" else "GUID"
             raise refuse(
                 str(self._archive.path),
-                f"a library that cannot be loaded ({error})",
-                f"a binary for this platform ({fmpy.platform_tuple})",
-                "Compile the FMU for this platform.",
+                f"a library that refuses to make an instance{said}",
+                f"a library that takes the {token} `{self._archive.description.guid}` of its modelDescription.xml",
+                "Export the FMU again.",
             ) from error
 
     def _check(self, action: str, call: Callable[[], Any]) -> None:
@@ -121,7 +134,7 @@ class FmuUnit(Unit):
         values = column if shared else np.zeros(column.size, dtype=native)
         self._kept += [references, values]
         extra = [values.size] if self.prefix == "fmi3" else []
-        function = self._function(f"{direction}{access}", [_ADDRESS] * (4 + len(extra)))
+        function = self._function(f"{direction}{access}", [ADDRESS] * (4 + len(extra)))
         call = partial(function, self._component, references.ctypes.data, references.size, values.ctypes.data, *extra)
         if shared:
             return call
@@ -143,7 +156,7 @@ class FmuUnit(Unit):
         n, binary = column.size, kind is Type.BINARY
         pointers = (ctypes.c_char_p * n)() if direction == "Set" else (ctypes.c_void_p * n)()
         sizes = (ctypes.c_size_t * n)()
-        function = self._function(f"{direction}{kind.value}", [_ADDRESS] * (4 + binary + (self.prefix == "fmi3")))
+        function = self._function(f"{direction}{kind.value}", [ADDRESS] * (4 + binary + (self.prefix == "fmi3")))
         arguments = [self._component, references.ctypes.data, references.size]
         arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)] + [n] * (self.prefix == "fmi3")
 
@@ -212,32 +225,35 @@ class Fmu2Unit(FmuUnit):
 
     prefix = "fmi2"
 
-    def _instantiate(self) -> Any:
-        fmu = self._loaded(fmi2.FMU2Slave)
+    @override
+    def _kind(self) -> Any:
+        return fmi2.FMU2Slave
+
+    @override
+    def _instantiate(self, *, logging: bool) -> None:
         callbacks = fmi2.fmi2CallbackFunctions()
-        callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._logged)
+        callbacks.logger = formatting_logger()
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        try:
-            fmu.instantiate(callbacks=callbacks)
-        except Exception as error:  # FMPy raises bare Exception
-            raise UnitError(self.name, f"could not be instantiated ({error})", self.messages) from error
-        self._step = None
-        return fmu
-
-    def _logged(self, _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
-        self._log(status, message)
+        self._environment = register(self.name, self._log)
+        callbacks.componentEnvironment = self._environment
+        self._fmu.instantiate(callbacks=callbacks, loggingOn=logging)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.setupExperiment)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
-        self._do_step = self._function("DoStep", [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
+        self._do_step = self._function("DoStep", [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
 
     @override
     def step(self, t: float, h: float) -> object:
         return self._do_step(self._component, t, h, 1)
+
+    @override
+    def close(self) -> None:
+        super().close()
+        release(self._environment)
 
 
 class Fmu3Unit(FmuUnit):
@@ -245,13 +261,13 @@ class Fmu3Unit(FmuUnit):
 
     prefix = "fmi3"
 
-    def _instantiate(self) -> Any:
-        fmu = self._loaded(fmi3.FMU3Slave)
-        try:
-            fmu.instantiate(loggingOn=True, logMessage=self._logged)
-        except Exception as error:  # FMPy raises bare Exception
-            raise UnitError(self.name, f"could not be instantiated ({error})", self.messages) from error
-        return fmu
+    @override
+    def _kind(self) -> Any:
+        return fmi3.FMU3Slave
+
+    @override
+    def _instantiate(self, *, logging: bool) -> None:
+        self._fmu.instantiate(loggingOn=True, logMessage=self._logged)
 
     def _logged(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         self._log(status, message)
@@ -264,7 +280,7 @@ class Fmu3Unit(FmuUnit):
             self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
-        arguments = [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[_ADDRESS] * 4]
+        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
         self._do_step = self._function("DoStep", arguments)
         self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
         self._reached = ctypes.c_double()

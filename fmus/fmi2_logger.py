@@ -1,0 +1,57 @@
+"""FMI 2.0's log messages, which come as a format with any number of values: formatted in C, brought to their unit.
+
+FMPy's library for it knows one receiver in all of the process, so that one stands here for all units.
+"""
+# pyright: basic
+# FMPy carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from ctypes import byref
+from functools import cache
+from typing import Any
+
+from fmpy import fmi2
+
+_receivers: dict[int, tuple[str, Callable[[int, bytes], None]]] = {}
+_keys = itertools.count(1)
+
+
+def register(name: str, receive: Callable[[int, bytes], None]) -> int:
+    """The environment of an instance: what it logs goes, with its status, to `receive`."""
+    key = next(_keys)
+    _receivers[key] = name, receive
+    return key
+
+
+def release(key: int) -> None:
+    """Forget an instance."""
+    _receivers.pop(key, None)
+
+
+@cache
+def formatting_logger() -> Any:
+    """The logger for FMI 2.0's callbacks."""
+    callbacks = fmi2.fmi2CallbackFunctions()
+    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logged)
+    _kept.append(callbacks.logger)
+    try:
+        from fmpy.logging import addLoggerProxy  # noqa: PLC0415 - there is none for every platform
+    except Exception:  # noqa: BLE001 - FMPy loads a library while it is imported
+        return callbacks.logger
+    addLoggerProxy(byref(callbacks))
+    return callbacks.logger
+
+
+_kept: list[Any] = []
+
+
+def _logged(environment: int | None, name: bytes | None, status: int, _category: bytes, message: bytes | None) -> None:
+    known = _receivers.get(environment or 0)
+    if known is None:  # an FMU that hands on something else: told by its name
+        same = [r for n, r in _receivers.values() if n.encode() == name]
+        known = ("", same[-1]) if same else None
+    if known is not None:
+        known[1](status, message or b"")

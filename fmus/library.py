@@ -1,0 +1,82 @@
+"""The shared library of an FMU: found for this platform, or compiled; loaded, and asked for what FMI needs of it."""
+# pyright: basic
+# FMPy carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from components.interfaces.problem import choices, refuse
+from fmus.platform_names import binary_path, platform_tuple
+from fmus.recompile import compiled, has_sources
+from fmus.version import Version
+
+if TYPE_CHECKING:
+    from fmus.archive import Archive
+
+_LISTED = 5
+
+
+def binary_remark(root: Any, version: Version, identifier: str, names: frozenset[str], where: str) -> str | None:
+    """What is to be said of the library before it is loaded. Raises `RequestError` when there can be none."""
+    if _binary(version, identifier, names):
+        return None
+    if has_sources(root, version, names, identifier):
+        return f"no binary for {platform_tuple()}; compiled here from the sources inside"
+    folders = {n.split("/")[1] for n in names if n.startswith("binaries/") and n.count("/") > 1}
+    found = f"no binary for {platform_tuple()} ({binary_path(version, identifier)}), and no sources to compile"
+    valid = "a binary for this platform, or the sources inside"
+    remedy = f"It has binaries for {choices(folders)}." if folders else "Compile the FMU for this platform."
+    raise refuse(where, found, valid, remedy)
+
+
+def _binary(version: Version, identifier: str, names: frozenset[str]) -> str | None:
+    """The file in the FMU that is the library; some FMI 2.0 files use the platform names of FMI 3.0."""
+    paths = [binary_path(version, identifier), binary_path(Version.FMI3, identifier)]
+    return next((path for path in paths if path in names), None)
+
+
+def loaded(kind: Any, archive: Archive, folder: Path, name: str) -> Any:
+    """FMPy's object for the FMU that is unpacked in `folder`. Raises `RequestError` when its library is of no use."""
+    identifier = archive.kind.modelIdentifier
+    found = _binary(archive.version, identifier, archive.files)
+    place = folder / binary_path(archive.version, identifier)
+    if found is None:
+        compiled(archive.root, archive.version, identifier, archive.path, folder)
+    elif folder / found != place:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree((folder / found).parent, place.parent, dirs_exist_ok=True)
+    _check(kind, place, archive)
+    return kind(
+        guid=archive.description.guid,
+        modelIdentifier=identifier,
+        unzipDirectory=str(folder),
+        instanceName=name,
+        **({"libraryPath": str(place)} if archive.version == Version.FMI2 else {}),
+    )
+
+
+def _check(kind: Any, library: Path, archive: Archive) -> None:
+    where = f"{archive.path}, {library.relative_to(library.parents[2]).as_posix()}"
+    at = Path.cwd()
+    os.chdir(library.parent)  # libraries that come along are found from here, as FMPy does it
+    try:
+        opened = ctypes.CDLL(str(library))
+    except OSError as error:
+        said = str(error).replace(f"{library.parent}{os.sep}", "")
+        found = f"a library that cannot be loaded ({said})"
+        raise refuse(
+            where, found, f"a shared library for {platform_tuple()}", "Compile it for this platform."
+        ) from None
+    finally:
+        os.chdir(at)
+    prefix = f"fmi{archive.version}"
+    missing = [n for n in dir(kind) if n.startswith(prefix) and n[4:5].isupper() and not hasattr(opened, n)]
+    if missing:
+        rest = f" and {len(missing) - _LISTED} more" if len(missing) > _LISTED else ""
+        found = f"a library without {', '.join(missing[:_LISTED])}{rest}"
+        raise refuse(where, found, f"all functions of FMI {archive.version}.0", "Export the FMU again.")

@@ -1,0 +1,119 @@
+"""FMUs without a binary for this platform: compiled from the sources inside, once, and kept in the user's cache."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any, Final
+
+import platformdirs
+
+from components.interfaces.problem import refuse
+from fmus.compiler import required_compiler
+from fmus.platform_names import binary_path, platform_tuple
+from fmus.unpack import parse_xml
+from fmus.version import Version
+
+BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
+_VALID: Final = "sources that a C compiler takes"
+_LINES_SHOWN: Final = 3
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What is to be compiled, as the FMU says it."""
+
+    files: tuple[str, ...]
+    options: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+
+
+def has_sources(root: Any, version: Version, names: frozenset[str], identifier: str) -> bool:
+    """Whether an FMU brings the sources of its binary, and says which they are."""
+    if version == Version.FMI3:
+        return BUILD_DESCRIPTION in names
+    return bool(_fmi2_files(root, identifier))
+
+
+def _fmi2_files(root: Any, identifier: str) -> list[str]:
+    interfaces = [e for e in root if e.get("modelIdentifier") == identifier]
+    return list(dict.fromkeys(f.get("name") for e in interfaces for f in e.iterfind("SourceFiles/File")))
+
+
+def compiled(root: Any, version: Version, identifier: str, fmu: Path, folder: Path) -> Path:
+    """The library of the FMU that is unpacked in `folder`, compiled where it has not been before.
+
+    Raises `RequestError` when there is no compiler, or the sources do not compile.
+    """
+    compiler = required_compiler()
+    stamp = f"{platform_tuple()} {compiler.identity} {identifier}".encode()
+    key = hashlib.sha256(stamp + fmu.read_bytes()).hexdigest()[:32]
+    kept = platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}{Path(binary_path(version, 'x')).suffix}"
+    target = folder / binary_path(version, identifier)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if kept.is_file():
+        shutil.copyfile(kept, target)
+        return target
+    sources = _sources(root, version, identifier, folder, str(fmu))
+    _compile(compiler.command, sources, folder / "sources", target, str(fmu))
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    beside = kept.with_suffix(".new")
+    shutil.copyfile(target, beside)
+    beside.replace(kept)  # another process may be at it too: whole or not at all
+    return target
+
+
+def _sources(root: Any, version: Version, identifier: str, folder: Path, where: str) -> Sources:
+    if version == Version.FMI2:
+        return Sources(tuple(_fmi2_files(root, identifier)))
+    place = f"{where}, {BUILD_DESCRIPTION}"
+    description = parse_xml((folder / BUILD_DESCRIPTION).read_bytes(), place, "a build description")
+    chosen = [c for c in description.iterfind("BuildConfiguration") if c.get("modelIdentifier") == identifier]
+    if not chosen:
+        raise refuse(place, "no build configuration of this model", f"one with modelIdentifier `{identifier}`")
+    options: list[str] = []
+    for element in chosen[0].iterfind("SourceFileSet"):
+        options += [o for o in shlex.split(element.get("compilerOptions", "")) if o.startswith("-")]
+        for definition in element.iterfind("PreprocessorDefinition"):
+            value = definition.get("value")
+            options.append(f"-D{definition.get('name')}" + ("" if value is None else f"={value}"))
+        options += [f"-I{d.get('name')}" for d in element.iterfind("IncludeDirectory")]
+    names = [f.get("name") for f in chosen[0].iterfind("SourceFileSet/SourceFile")]
+    libraries = [e.get("name") for e in chosen[0].iterfind("Library") if e.get("external") in {"true", "1"}]
+    return Sources(tuple(names), tuple(options), tuple(libraries))
+
+
+def _compile(command: Sequence[str], sources: Sources, folder: Path, target: Path, where: str) -> None:
+    """One call of the compiler, in the folder of the sources; the FMI headers are those of FMPy where it has none."""
+    outside = [n for n in sources.files if not (folder / n).resolve().is_relative_to(folder.resolve())]
+    missing = [n for n in sources.files if not (folder / n).is_file()]
+    if outside or missing or not sources.files:
+        found = f"the source file {(outside or missing)[0]}" if outside or missing else "no source files"
+        raise refuse(where, f"{found}, which is not in its folder" if outside or missing else found, _VALID)
+    driver = _driver(command, sources.files)
+    complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
+    with as_file(files("fmpy") / "c-code") as headers:
+        arguments = [*driver, "-O2", "-w", "-fPIC", "-shared", "-I.", f"-I{headers}", *sources.options]
+        libraries = [f"-l{name}" for name in dict.fromkeys((*sources.libraries, "m"))]
+        arguments += [*sources.files, "-o", str(target), *complete, *libraries]
+        done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+    if done.returncode != 0:
+        said = "; ".join([line.strip() for line in done.stderr.splitlines() if "error" in line][:_LINES_SHOWN])
+        found = f"no binary for {platform_tuple()}, and sources that do not compile ({said})"
+        raise refuse(where, found, _VALID, "Have it built for this platform.")
+
+
+def _driver(command: Sequence[str], names: Sequence[str]) -> list[str]:
+    """The compiler; for C++ the one that goes with it, which links the library of C++ too."""
+    if all(Path(name).suffix == ".c" for name in names):
+        return list(command)
+    program = Path(command[0])
+    name = {"gcc": "g++", "clang": "clang++"}.get(program.name, "c++")
+    return [str(program.with_name(name)), *command[1:]]
