@@ -18,6 +18,7 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from orchestrator.path_geometry import path_error
 from orchestrator.scene import Scene
+from orchestrator.shapes import entity
 from orchestrator.system import System
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
@@ -57,6 +58,11 @@ class Signal:
     def columns(self) -> tuple[str, ...]:
         """The columns of the results that hold its elements."""
         return tuple(f"{self.unit}.{element}" for element in self.variable.elements)
+
+    @cached_property
+    def entity(self) -> str:
+        """Where a recording holds it."""
+        return entity("signals", *self.path.split("."))
 
     @property
     def bus(self) -> str:

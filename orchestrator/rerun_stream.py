@@ -10,21 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+from rerun.chunk import RrdReader
 
-from orchestrator import palette
+from orchestrator import pages, palette
 from orchestrator import screen as screens
 from orchestrator import shapes as s
 from orchestrator.run_picture import RunPicture
 from orchestrator.scene import Scene
 from orchestrator.system import System
+
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
 
 
 class RerunStream:
@@ -52,7 +55,7 @@ class RerunStream:
         self._stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
         self._stream.send_blueprint(blueprint(screens.screen([self._picture])))
         self._stream.send_recording_name(name)
-        for style in (s.Page(entity="/about", text=_about(name, about)), *self._picture.styles()):
+        for style in (s.Page(entity="/about", text=pages.page(name, about, system)), *self._picture.styles()):
             send_style(self._stream, style)
 
     def log(self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None) -> None:
@@ -72,7 +75,7 @@ class RerunStream:
     def close(self, about: Mapping[str, str] | None = None) -> None:
         """Write what is left, the run's provenance as it is known in the end, and the file's footer."""
         if about is not None:
-            send_style(self._stream, s.Page(entity="/about", text=_about(self._name, about)))
+            send_style(self._stream, s.Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
         self._stream.flush()
         self._stream.disconnect()
 
@@ -96,6 +99,22 @@ def write(
         send_shapes(stream, ticks, h, shapes)
     stream.flush()
     stream.disconnect()
+
+
+def read_series(path: Path) -> dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """Ticks (n,) and values (n, elements) of every series in a recording, by entity."""
+    parts: dict[str, list[tuple[Any, Any]]] = {}
+    for chunk in RrdReader(path).stream():
+        batch = chunk.to_record_batch()
+        if "Scalars:scalars" in batch.schema.names and not chunk.is_static:
+            values = np.array(batch.column("Scalars:scalars").to_pylist(), dtype=float)
+            ticks = np.array(batch.column("tick").cast("int64").to_pylist(), dtype=np.int64)
+            parts.setdefault(chunk.entity_path, []).append((ticks, values))
+    found: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = {}
+    for entity, chunks in parts.items():
+        ticks, first = np.unique(np.concatenate([ticks for ticks, _ in chunks]), return_index=True)
+        found[entity] = ticks, np.concatenate([values for _, values in chunks])[first]
+    return found
 
 
 def send_shapes(
@@ -291,8 +310,3 @@ def _trails(entities: Sequence[str], past: float | None) -> Any:
     timelines = ("sim_time", "tick") if past is None else ("sim_time",)
     shown = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(timeline, **ends) for timeline in timelines])
     return {entity: [shown] for entity in entities}
-
-
-def _about(name: str, about: Mapping[str, str]) -> str:
-    rows = "\n".join(f"| {key} | {value} |" for key, value in about.items())
-    return f"# {name}\n\n| | |\n|---|---|\n{rows}\n"

@@ -1,19 +1,95 @@
-"""Opening a run in the Rerun viewer that comes with rerun-sdk."""
+"""Opening runs in the Rerun viewer that comes with rerun-sdk; its server listens on this machine only."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import Problem, raise_if_any, refuse
+from orchestrator import kept_run
+from orchestrator.kept_run import KeptRun
+
+_LOOPBACK = "127.0.0.1"
 
 
-def open_viewer(run: Path) -> None:
-    """Open a run folder's recording, or an `.rrd` file, and come back when the viewer is closed."""
-    recording = run / "recording.rrd" if run.is_dir() else run
-    if not recording.is_file():
-        raise refuse(str(run), "no recording.rrd", "a run folder, or an .rrd file", "Make one: macrostep run static")
-    code = subprocess.call([sys.executable, "-m", "rerun", str(recording)])  # noqa: S603 - our own interpreter
+def show(requests: Sequence[Path], differences: Sequence[str], tell: Callable[[str], None], *, web: bool) -> None:
+    """Open one run, or several in one picture, and come back when the viewer is closed. Raises `RequestError`."""
+    runs = _found(requests, differences)
+    if not web:
+        _check_display()
+    with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:
+        open_viewer(recording(runs, differences, Path(scratch), tell), web=web)
+
+
+def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
+    found = [kept_run.find(request) for request in requests]
+    problems = [item for item in found if isinstance(item, Problem)]
+    places = [request.resolve() for request in requests]
+    if len(set(places)) < len(places):
+        problems.append(Problem("show", "the same run twice", "different runs"))
+    if differences and len(requests) == 1:
+        problems.append(Problem("--difference", "a single run", "two runs or more", "macrostep show RUN OTHER"))
+    runs = [item for item in found if isinstance(item, KeptRun)]
+    if len(requests) > 1:
+        valid, remedy = "run folders to compare", "Their system.ssp says what was recorded."
+        problems += [Problem(r.where, "a recording on its own", valid, remedy) for r in runs if r.folder is None]
+    raise_if_any(problems)
+    return runs
+
+
+def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path, tell: Callable[[str], None]) -> Path:
+    """The file to open: a run's own recording where it is whole, else one in `scratch`. Raises `RequestError`."""
+    if len(runs) == 1:
+        return kept_run.whole_recording(runs[0], scratch, tell)
+    from orchestrator.comparison import compare  # noqa: PLC0415 - Rerun is slow to import
+
+    tables = [kept_run.rows(run, scratch, tell) for run in runs]
+    path = scratch / "comparison.rrd"
+    compare(runs, tables, differences, path)
+    return path
+
+
+def program() -> str:
+    """The viewer's own program; its Python wrapper would stay between us and the viewer."""
+    spec = find_spec("rerun_cli")
+    places = list(spec.submodule_search_locations or ()) if spec else []
+    for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe"):
+        for place in places:
+            if (path := Path(place) / name).is_file():
+                return str(path)
+    raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
+
+
+def open_viewer(path: Path, *, web: bool) -> None:
+    """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
+    chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
+    command = [program(), "--bind", _LOOPBACK, "--port", "auto", *chosen, str(path)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603 - our own program
+    said: list[str] = []
+    try:
+        for line in process.stderr or ():
+            said.append(line.strip())
+            if web:
+                sys.stderr.write(line)
+        code = process.wait()
+    except KeyboardInterrupt:
+        process.terminate()
+        process.wait()
+        return
     if code != 0:
-        raise refuse("Rerun viewer", f"exit code {code}", "a machine with a display and a graphics driver")
+        reason = next((line.removeprefix("Error: ") for line in reversed(said) if line.startswith("Error")), "")
+        found = f"exit code {code}" + (f" ({reason})" if reason else "")
+        raise refuse("Rerun viewer", found, "a machine with a display and a graphics driver", _REMEDY)
+
+
+_REMEDY = "In the browser: macrostep show --web RUN"
+
+
+def _check_display() -> None:
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
