@@ -189,11 +189,21 @@ def list_() -> None:
 
 
 @app.command()
-def show(run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder or an .rrd file.")]) -> None:
-    """Open a run in the Rerun viewer."""
-    from orchestrator.viewer import open_viewer  # noqa: PLC0415
+def show(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.")],
+    difference: Annotated[
+        list[str] | None,
+        typer.Option(help="Signal to draw as its difference from the first run, `plant.state.y`. Repeatable."),
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="In the browser, served on this machine only.")] = False,  # noqa: FBT002
+) -> None:
+    """Open a run in the Rerun viewer, or several in one picture, a colour each.
 
-    open_viewer(run_folder)
+    A run that was cut short is opened from a repaired copy.
+    """
+    from orchestrator import viewer  # noqa: PLC0415
+
+    viewer.show(runs, difference or [], lambda text: err.print(text, markup=False), web=web)
 
 
 def main() -> None:
