@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -38,7 +38,7 @@ class Archive:
     """Value references of each variable: one per element in FMI 2.0, one in all in FMI 3.0"""
     structural: tuple[str, ...] = ()
     """Structural parameters: those that lengths of arrays depend on"""
-    clocks_of: Mapping[str, frozenset[int]] = MappingProxyType({})
+    clocks_of: Mapping[str, frozenset[int]] = field(default_factory=dict[str, frozenset[int]])
     """Value references of the clocks of each clocked variable"""
     remarks: tuple[str, ...] = ()
     """What a person should know of it: rules of FMI that it breaks, and what it needs"""

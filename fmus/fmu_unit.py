@@ -49,11 +49,6 @@ _NATIVE: Mapping[Version, Mapping[Type, tuple[str, type[np.generic]]]] = {
 """The access function of each type and how it stores a value."""
 
 
-def fmu_unit(name: str, archive: Archive) -> FmuUnit:
-    """The FMU in `archive` as a unit."""
-    return (Fmu2Unit if archive.version == Version.FMI2 else Fmu3Unit)(name, archive)
-
-
 class FmuUnit(Unit):
     """What FMI 2.0 and FMI 3.0 Co-Simulation units share."""
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.clocks import Clock
 
 Column: TypeAlias = NDArray[Any]
 Operation: TypeAlias = Callable[[], object]
@@ -43,6 +44,7 @@ class Interface:
     """Whether the unit can be activated at an instant: FMI 3.0 Event Mode"""
     rolls_back: bool = False
     """Whether `save` and `restore` work"""
+    clocks: tuple[Clock, ...] = ()
 
 
 class UnitError(RuntimeError):
@@ -87,12 +89,24 @@ class Unit(ABC):
     def step(self, t: float, h: float) -> object:
         """Advance from `t` to `t + h`; returns a false value, or the FMI status that it met."""
 
-    def use_events(self) -> None:
-        """Use Event Mode from now on; said before `bind`."""
+    def use_events(self, h: float) -> None:
+        """Use Event Mode from now on, with macro step `h`; said once, before `bind`. Raises `UnitError`."""
         raise NotImplementedError
 
     def activate(self, t: float, h: float) -> object:
-        """Handle the events of the instant `t`; returns a false value, or the FMI status that it met."""
+        """Enter Event Mode at `t`, with the clocks that are due or were triggered. Raises `UnitError`."""
+        raise NotImplementedError
+
+    def update(self, t: float, h: float) -> object:
+        """Iterate the discrete states, and end what `activate` began. Raises `UnitError`."""
+        raise NotImplementedError
+
+    def fired(self) -> set[str]:
+        """The output clocks that have ticked since this was asked last."""
+        raise NotImplementedError
+
+    def trigger(self, clock: str) -> None:
+        """Make a triggered input clock tick when the unit is activated next."""
         raise NotImplementedError
 
     def save(self) -> Any:

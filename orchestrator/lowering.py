@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import lcm
 from typing import TypeAlias
@@ -10,7 +10,7 @@ from typing import TypeAlias
 from fmus.unit import Unit
 from orchestrator.loops import Loop
 from orchestrator.schedule import Act, Acts, Schedule
-from orchestrator.system import System
+from orchestrator.system import Connection, System
 from orchestrator.table import Table
 
 Call: TypeAlias = tuple[Callable[..., object], bool, str]
@@ -25,6 +25,8 @@ class Lowered:
         self._steps = {name: system.steps.get(name, Fraction(1)) for name in units}
         self._period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
         self._loops = {group: Loop(system, group, schedule, units, table) for group in schedule.loops}
+        wires = [c for c in system.clock_connections if {c.unit, c.source} <= schedule.events]
+        self._forwards = {name: _forward(name, wires, units) for name in {wire.source for wire in wires}}
         self._before: dict[int, list[Call]] = {}
         self._after: dict[int, list[Call]] = {}
 
@@ -57,8 +59,14 @@ class Lowered:
         unit = self._units[name]
         if act is Act.STEP:
             yield own_step(unit, self._steps[name], ends=ends), True, name
+            if name in self._schedule.events and name in self._forwards:
+                yield self._forwards[name], False, name
         elif act is Act.ACTIVATE:
             yield unit.activate, True, name
+        elif act is Act.UPDATE:
+            yield unit.update, True, name
+            if name in self._forwards:
+                yield self._forwards[name], False, name
         elif act is Act.SET:
             for function in (*self._table.gathers(name), *unit.setters()):
                 yield function, False, name
@@ -82,3 +90,16 @@ def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[fl
         return 0
 
     return several if n > 1 else divided if parts > 1 else unit.step
+
+
+def _forward(source: str, wires: Sequence[Connection], units: Mapping[str, Unit]) -> Callable[[], None]:
+    """Hand on the ticks of a unit's output clocks."""
+    targets = [(wire.output, units[wire.unit], wire.input) for wire in wires if wire.source == source]
+
+    def forward() -> None:
+        fired = units[source].fired()
+        for clock, target, triggered in targets:
+            if clock in fired:
+                target.trigger(triggered)
+
+    return forward

@@ -99,7 +99,7 @@ class Simulation:
             for name, source in self.system.units.items():
                 self._units[name] = source.make(name)
                 if name in self.schedule.events:
-                    self._units[name].use_events()
+                    self._units[name].use_events(self.h * float(self.system.steps.get(name, 1)))
             self._lower()
             for name, source in self.system.units.items():
                 self._units[name].enter_initialization(source.parameters)

@@ -45,6 +45,7 @@ class Act(StrEnum):
     STEP = "step"
     GET = "get"
     ACTIVATE = "activate"
+    UPDATE = "update"
     SOLVE = "solve"
 
 
@@ -113,7 +114,8 @@ def _assembled(
         if tuple(group) in loops:
             before.append((Act.SOLVE, tuple(group)))
         elif name in events:
-            before += [(act, (name,)) for act in (Act.SET, Act.ACTIVATE, Act.GET)]
+            # clocked outputs can be read until the update ends the tick, others may change with it
+            before += [(act, (name,)) for act in (Act.ACTIVATE, Act.SET, Act.GET, Act.UPDATE, Act.GET)]
         elif name in early:
             before += [(act, (name,)) for act in (Act.SET, Act.STEP, Act.GET)]
         elif name in again:
@@ -149,6 +151,9 @@ def _needs(system: System, early: set[str]) -> Needs:
     for wire in system.connections:
         if _needed_now(system, wire, early):
             needs[wire.unit][wire.source] = wire
+    for wire in system.clock_connections:
+        if wire.source in early:
+            needs[wire.unit].setdefault(wire.source, wire)
     return needs
 
 

@@ -20,8 +20,8 @@ from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from fmus.archive import Archive, open_fmu
 from fmus.block_unit import BlockUnit, interface_of
-from fmus.fmu_unit import fmu_unit
 from fmus.unit import Interface, Unit
+from fmus.units import fmu_unit
 
 
 class Source(Protocol):
@@ -123,6 +123,16 @@ class System:
         raise_if_any(_problems(self))
 
     @cached_property
+    def clock_connections(self) -> tuple[Connection, ...]:
+        """The part of the wiring that carries ticks, from output clocks to triggered input clocks."""
+        wires = [(*key.split(".", 1), *value.split(".", 1)) for key, value in self.wiring.items()]
+        return tuple(
+            Connection(unit, clock, source, output)
+            for unit, clock, source, output in wires
+            if _is_clock(self, f"{unit}.{clock}", "input")
+        )
+
+    @cached_property
     def connections(self) -> tuple[Connection, ...]:
         """The wiring, signal by signal."""
         return tuple(
@@ -196,8 +206,18 @@ def _parameter_problems(name: str, source: Source) -> Iterator[Problem]:
             yield Problem(f"{name}.{parameter}", "no value", variable.quantity.range, remedy)
 
 
+def _is_clock(system: System, path: str, causality: str) -> bool:
+    unit, _, name = path.partition(".")
+    found = [c for c in system.units[unit].interface.clocks if c.name == name] if unit in system.units else []
+    return bool(found) and (found[0].is_triggered_input if causality == "input" else found[0].causality == causality)
+
+
 def _expand(system: System, key: str, value: str) -> Iterator[Connection | Problem]:
-    """The signals that a wire between two signals, or two buses, connects."""
+    """The signals that a wire between two signals, or two buses, connects; clocks carry none."""
+    if _is_clock(system, key, "input"):
+        if not _is_clock(system, value, "output"):
+            yield Problem(f"{value} -> {key}", f"`{value}`, which is no output clock", "an output clock")
+        return
     unit, _, port = key.partition(".")
     source, _, output = value.partition(".")
     for side in (unit, source):

@@ -12,8 +12,8 @@ import pytest
 
 from components.interfaces.quantity import DTYPES
 from fmus.archive import open_fmu
-from fmus.fmu_unit import fmu_unit
 from fmus.unit import widths
+from fmus.units import fmu_unit
 from fmus.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare

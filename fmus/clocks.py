@@ -1,0 +1,57 @@
+"""The clocks that an FMI 3.0 model description declares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+SET_BY_IMPORTER: Final = frozenset({"fixed", "tunable"})
+"""Interval variabilities of clocks whose interval the importer sets, where the description gives none"""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """One clock: time-based (an interval decides when it ticks) or triggered (another unit does)."""
+
+    name: str
+    causality: str
+    """`input`, `output` or `local`"""
+    interval_variability: str
+    """`constant`, `fixed`, `tunable`, `changing`, `countdown` or `triggered`"""
+    reference: int
+    interval: float | None = None
+    """[s] where the description gives it"""
+    shift: float = 0.0
+    """[s] delay of the first tick"""
+
+    @property
+    def is_time_based(self) -> bool:
+        """Whether the importer has to make it tick."""
+        return self.causality == "input" and self.interval_variability != "triggered"
+
+    @property
+    def is_triggered_input(self) -> bool:
+        """Whether a clock of another unit makes it tick."""
+        return self.causality == "input" and self.interval_variability == "triggered"
+
+
+def clocks(root: Any) -> tuple[Clock, ...]:
+    """All clocks of a model description, by its root element."""
+    return tuple(_clock(element) for element in root.iterfind("ModelVariables/Clock"))
+
+
+def _clock(element: Any) -> Clock:
+    resolution = float(element.get("resolution", 0.0))
+    interval, shift = element.get("intervalDecimal"), element.get("shiftDecimal")
+    if interval is None and resolution and element.get("intervalCounter") is not None:
+        interval = float(element.get("intervalCounter")) / resolution
+    if shift is None:
+        shift = float(element.get("shiftCounter", 0.0)) / resolution if resolution else 0.0
+    return Clock(
+        name=element.get("name"),
+        causality=element.get("causality", "local"),
+        interval_variability=element.get("intervalVariability", "triggered"),
+        reference=int(element.get("valueReference")),
+        interval=None if interval is None else float(interval),
+        shift=float(shift),
+    )

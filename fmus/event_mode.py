@@ -1,0 +1,188 @@
+"""FMI 3.0 Event Mode: what one FMU does at an instant, and how it steps from one to the next.
+
+At t_k: `activate` enters Event Mode and makes the clocks tick that are due or were triggered; then inputs are set and
+outputs are read; `update` iterates the discrete states and notes which output clocks tick. `step` leads to t_{k+1}: it
+stops wherever a clock of the FMU is due or the FMU returns early, handles that instant with the inputs as they are, and
+goes on. Output clocks that tick in between are forwarded at the next communication point.
+"""
+# pyright: basic
+# FMPy carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any, Final
+
+from fmpy.fmi3 import fmi3Float64, fmi3IntervalQualifier, fmi3ValueReference
+
+from fmus.clocks import SET_BY_IMPORTER, Clock
+
+ITERATIONS: Final = 1000
+"""Event iterations at one instant; more are taken for an endless loop"""
+UNKNOWN, UNCHANGED = 0, 1
+"""What an FMU says of an interval: not yet known, unchanged since the last time it was asked"""
+
+
+class EventMode:
+    """The event handling of one running FMU; `fmu` is FMPy's, `do_step` the raw function."""
+
+    def __init__(self, fmu: Any, clocks: tuple[Clock, ...], h: float) -> None:
+        self._fmu = fmu
+        self._h = h
+        self._time_based = [c for c in clocks if c.is_time_based]
+        self._outputs = [c for c in clocks if c.causality == "output"]
+        self._references = {c.name: c.reference for c in clocks}
+        self._next: dict[int, float] = {}
+        """[s] next tick of each time-based clock"""
+        self._ticks: dict[int, tuple[float, float, int]] = {}
+        """First tick and interval [s] of each clock that ticks regularly, and how often it has ticked since"""
+        self._triggered: set[int] = set()
+        self._in_event_mode = False
+        self.active: frozenset[int] = frozenset()
+        """Clocks that tick at this instant: only their variables may be set and read"""
+        self.fired: set[str] = set()
+        """Output clocks that have ticked and were not forwarded yet"""
+
+    def prepare(self) -> None:
+        """Give the clocks that have none the macro step as their interval; in Initialization Mode."""
+        own = [c for c in self._time_based if c.interval_variability in SET_BY_IMPORTER and c.interval is None]
+        if own:
+            references = (fmi3ValueReference * len(own))(*(c.reference for c in own))
+            intervals = (fmi3Float64 * len(own))(*[self._h] * len(own))
+            self._fmu.setIntervalDecimal(references, intervals)
+
+    def begin(self) -> None:
+        """The state after Initialization Mode: Event Mode at the start."""
+        self._in_event_mode = True
+        for clock in self._time_based:
+            if clock.interval_variability == "constant":
+                self._regular(clock.reference, clock.shift, clock.interval or self._h)
+            elif clock.interval_variability in SET_BY_IMPORTER:
+                interval = self._h if clock.interval is None else self._interval(clock)[0]
+                self._regular(clock.reference, self._shift(clock), interval)
+            else:
+                self._ask(clock, 0.0)
+
+    def activate(self, t: float, h: float) -> object:
+        """Enter Event Mode at `t` and make the clocks tick that are due, or were triggered."""
+        del h
+        if not self._in_event_mode:
+            self._fmu.enterEventMode()
+            self._in_event_mode = True
+        self._tick(t)
+        return 0
+
+    def update(self, t: float, h: float) -> object:
+        """Iterate the discrete states until they rest."""
+        del h
+        for _ in range(ITERATIONS):
+            self.fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
+            again, terminate, *_ = self._fmu.updateDiscreteStates()
+            if terminate:
+                raise EventError(f"it asked for the end of the simulation at {t:g} s")
+            self.active = frozenset()
+            if not again:
+                break
+        else:
+            raise EventError(f"its discrete states do not come to rest at {t:g} s ({ITERATIONS} iterations)")
+        for clock in self._time_based:
+            if clock.interval_variability in {"tunable", "changing", "countdown"}:
+                self._ask(clock, t)
+        return 0
+
+    def step(self, do_step: Callable[[float, float], tuple[int, bool, bool, float]], t: float, h: float) -> object:
+        """Lead from `t` to `t + h`; `do_step` gives status, event needed, terminate, and the time reached."""
+        now, end = t, t + h
+        while now < end - _tolerance(end):
+            if self._in_event_mode:
+                self._fmu.enterStepMode()
+                self._in_event_mode = False
+            due = min(self._next.values(), default=end)
+            target = due if now + _tolerance(due) < due < end - _tolerance(end) else end
+            status, event, terminate, reached = do_step(now, target - now)
+            if status > 1:
+                return status
+            if terminate:
+                raise EventError(f"it asked for the end of the simulation at {reached:g} s")
+            if not event and reached <= now:
+                raise EventError(f"it returned early from its step without having moved, at {now:g} s")
+            now = reached if reached < target - _tolerance(target) else target
+            if now < end - _tolerance(end):
+                self.activate(now, 0.0)
+                self.update(now, 0.0)
+        return 0
+
+    def trigger(self, clock: str) -> None:
+        """Make a triggered input clock tick at the next instant that is activated."""
+        self._triggered.add(self._references[clock])
+
+    def _tick(self, t: float) -> None:
+        due = {reference for reference, when in self._next.items() if when <= t + _tolerance(t)}
+        active = sorted(due | self._triggered)
+        self._triggered.clear()
+        self.active = frozenset(active)
+        if active:
+            self._fmu.setClock(active, [True] * len(active))
+        for reference in due:
+            del self._next[reference]
+            if reference in self._ticks:
+                first, interval, n = self._ticks[reference]
+                self._ticks[reference] = (first, interval, n + 1)
+                self._next[reference] = first + (n + 1) * interval
+
+    def _regular(self, reference: int, first: float, interval: float) -> None:
+        if not interval > 0:
+            raise EventError(f"the clock with value reference {reference} has the interval {interval:g} s")
+        self._ticks[reference] = (first, interval, 0)
+        self._next[reference] = first
+
+    def _ask(self, clock: Clock, t: float) -> None:
+        """Take in a new interval, which counts from `t`."""
+        interval, qualifier = self._interval(clock)
+        if qualifier in {UNKNOWN, UNCHANGED}:
+            return
+        if clock.interval_variability == "tunable" or (clock.interval_variability == "changing" and interval > 0):
+            known = self._ticks.get(clock.reference)
+            if known is None or known[1] != interval:
+                self._regular(clock.reference, t + interval, interval)
+        else:  # a countdown ticks once
+            self._next[clock.reference] = t + interval
+
+    def _interval(self, clock: Clock) -> tuple[float, int]:
+        references, intervals = (fmi3ValueReference * 1)(clock.reference), (fmi3Float64 * 1)()
+        qualifiers = (fmi3IntervalQualifier * 1)()
+        self._fmu.fmi3GetIntervalDecimal(self._fmu.component, references, 1, intervals, qualifiers)
+        return float(intervals[0]), int(qualifiers[0])
+
+    def _shift(self, clock: Clock) -> float:
+        if clock.interval is None:
+            return clock.shift
+        references, shifts = (fmi3ValueReference * 1)(clock.reference), (fmi3Float64 * 1)()
+        self._fmu.fmi3GetShiftDecimal(self._fmu.component, references, 1, shifts)
+        return float(shifts[0])
+
+
+class EventError(RuntimeError):
+    """An FMU that cannot go on at an instant."""
+
+
+class Stepping:
+    """The results of `fmi3DoStep`, in memory that the library writes to."""
+
+    def __init__(self, function: Any, component: int) -> None:
+        self._function, self._component = function, component
+        self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
+        self._reached = ctypes.c_double()
+        first = ctypes.addressof(self._flags)
+        self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
+
+    def __call__(self, t: float, h: float) -> tuple[int, bool, bool, float]:
+        """Step; gives status, event needed, terminate, and the time reached."""
+        status = self._function(self._component, t, h, 1, *self._results)
+        event, terminate, early = (bool(flag) for flag in self._flags.raw)
+        return int(status), event or early, terminate, self._reached.value if event or early else t + h
+
+
+def _tolerance(t: float) -> float:
+    return 1e-9 * max(1.0, abs(t))

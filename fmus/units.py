@@ -1,0 +1,15 @@
+"""The running unit of an FMU, by its version, interface type and capabilities."""
+
+from __future__ import annotations
+
+from fmus.archive import Archive
+from fmus.clocked_unit import ClockedUnit
+from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.version import Version
+
+
+def fmu_unit(name: str, archive: Archive) -> FmuUnit:
+    """The FMU in `archive` as a unit. Raises `RequestError` when its library cannot be used."""
+    if archive.version == Version.FMI2:
+        return Fmu2Unit(name, archive)
+    return (ClockedUnit if archive.interface.event_mode else Fmu3Unit)(name, archive)
