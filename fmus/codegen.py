@@ -12,7 +12,7 @@ import casadi as ca
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.interface import FmiVariable, Interface
+from fmus.interface import TIME_REFERENCE, FmiVariable, Interface
 from fmus.lower import Lowered
 
 _ROLES = {
@@ -71,7 +71,7 @@ def variables_source(interface: Interface, token: str) -> str:
         message = f"{interface.block.name} has {len(table)} variables; valid: at most {_MOST_VARIABLES}"
         raise ValueError(message)
     start = [value for v in (*interface.parameters, *interface.inputs) for value in v.start]
-    owner = [index for index, (variable, _, _) in enumerate(table) for _ in range(variable.size if variable else 1)]
+    owner = [index for index, (size, _) in enumerate(table) for _ in range(size)]
     return "\n".join(
         [
             "/* Generated: the variables of this model, see model.h. */",
@@ -82,7 +82,7 @@ def variables_source(interface: Interface, token: str) -> str:
             *(f"Evaluate model_{name};\nWorkSizes model_{name}_work;" for name in _functions(interface.sampled)),
             "",
             _array("double", "start_values", map(_number, start)),
-            _array("Variable", "variables", (_row(*entry) for entry in table)),
+            _array("Variable", "variables", (row for _, row in table)),
             _array("uint16_t", "variable_of", map(str, owner)),
             _model(interface, token, len(table)),
             "",
@@ -90,20 +90,27 @@ def variables_source(interface: Interface, token: str) -> str:
     )
 
 
-def _table(interface: Interface) -> list[tuple[Variable | None, str, int]]:
-    """Variable, role and reference of all rows; the first, without a variable, is time."""
-    rows: list[tuple[Variable | None, str, int]] = [(None, "TIME", 0)]
-    rows += [(v.variable, _ROLES[v.causality, v.variability], v.reference) for v in interface]
+def _table(interface: Interface) -> list[tuple[int, str]]:
+    """The number of elements and the row of each: time, parameters, inputs, outputs, clock and states."""
+    rows = [(1, _row("time", "FLOAT64, TIME", TIME_REFERENCE))]
+    rows += [
+        (v.variable.size, _variable_row(v.variable, _ROLES[v.causality, v.variability], v.reference)) for v in interface
+    ]
     at = 1 + sum(v.variable.size for v in interface)
+    if interface.clock is not None:
+        rows.append((1, _row(interface.clock.name, "CLOCK, INPUT_CLOCK", interface.clock.reference)))
+        at = interface.clock.reference + 1
     for state in interface.block.states():
-        rows.append((state, "STATE", at))
+        rows.append((state.size, _variable_row(state, "STATE", at)))
         at += state.size
     return rows
 
 
-def _row(variable: Variable | None, role: str, reference: int) -> str:
-    if variable is None:
-        return f'{{"time", FLOAT64, {role}, {reference}, 1, -INFINITY, INFINITY}}'
+def _row(name: str, type_and_role: str, reference: int) -> str:
+    return f'{{"{name}", {type_and_role}, {reference}, 1, -INFINITY, INFINITY}}'
+
+
+def _variable_row(variable: Variable, role: str, reference: int) -> str:
     q = variable.quantity
     low, high = q.min, q.max
     if q.enumeration is not None:
@@ -119,6 +126,7 @@ def _model(interface: Interface, token: str, n_variables: int) -> str:
     .name = "{block.name}",
     .token = "{token}",
     .sampled = {str(interface.sampled).lower()},
+    .interval = {_number(interface.clock.interval if interface.clock else math.inf)},
     .max_step = {_number(block.max_step)},
     .n_p = {_size(interface.parameters)},
     .n_u = {_size(interface.inputs)},

@@ -53,7 +53,7 @@ def content(generated: Generated, version: Version, binary: bytes) -> dict[str, 
     name = generated.interface.block.name
     found = {
         binary_path(version, name): binary,
-        "documentation/index.html": documentation(generated.interface),
+        "documentation/index.html": documentation(generated.interface, version),
         **{f"sources/{file}": text for file, text in generated.sources.items()},
         **{f"sources/{file}": text for file, text in runtime_sources(version).items()},
     }

@@ -12,16 +12,13 @@ from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.unit_strings import UNITS
-from fmus.interface import FmiVariable, Interface
+from fmus.interface import COMMUNICATION_STEP, FmiVariable, Interface
 
 Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
 """An XML element."""
 
 ANNOTATION: Final = "macrostep"
 """Our name in vendor annotations."""
-
-COMMUNICATION_STEP: Final = 0.1
-"""Step size [s] that the default experiment suggests."""
 
 LOG_CATEGORIES: Final = MappingProxyType(
     {"logStatusError": "why a call returned an error", "logStatusWarning": "outputs that are not finite numbers"}

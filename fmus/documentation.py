@@ -1,11 +1,12 @@
-"""documentation/index.html: what the block is, and the table of its variables."""
+"""documentation/index.html: what the block is, the table of its variables, and when a sampled block acts."""
 
 from __future__ import annotations
 
 import inspect
 from html import escape
 
-from fmus.interface import FmiVariable, Interface
+from fmus.interface import Clock, FmiVariable, Interface
+from fmus.version import Version
 
 _STYLE = (
     "body{font-family:sans-serif;max-width:60em;margin:2em auto}"
@@ -13,8 +14,21 @@ _STYLE = (
     "td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left}"
 )
 
+_SAMPLED = """<h2>When it acts</h2>
+<p>The block is sampled: it computes its outputs from the inputs of one instant, and they hold until it acts again.</p>
+"""
+_AT_STEPS = "<p>It acts once in each <code>fmi2DoStep</code>, on the inputs set before it.</p>"
+_AT_TICKS = """<p>With event mode (<code>eventModeUsed</code>) it acts at the ticks of its clock <code>{name}</code>, a
+fixed periodic input clock without shift: at the start time, and then every {interval:g} s, or whatever
+<code>fmi3SetIntervalDecimal</code> has set in Initialization Mode. At a tick, in Event Mode:
+<code>fmi3SetClock</code>, set the inputs, get the outputs, <code>fmi3UpdateDiscreteStates</code>,
+<code>fmi3EnterStepMode</code>. The outputs show the new inputs at once; <code>fmi3DoStep</code> only lets time
+pass.</p>
+<p>Without event mode, or when the importer steps before the clock has ticked, it acts once in each
+<code>fmi3DoStep</code>, on the inputs set before it.</p>"""
 
-def documentation(interface: Interface) -> bytes:
+
+def documentation(interface: Interface, version: Version) -> bytes:
     """The page."""
     block = interface.block
     rows = "\n".join(_row(v) for v in interface)
@@ -29,10 +43,20 @@ def documentation(interface: Interface) -> bytes:
 <tr><th>variable</th><th>causality</th><th>type</th><th>unit</th><th>valid</th><th>start</th><th>meaning</th></tr>
 {rows}
 </table>
+{_sampling(interface.clock, version)}
 </body>
 </html>
 """
     return page.encode()
+
+
+def _sampling(clock: Clock | None, version: Version) -> str:
+    """When a sampled block acts; nothing about other blocks."""
+    if clock is None:
+        return ""
+    if version is Version.FMI2:
+        return _SAMPLED + _AT_STEPS
+    return _SAMPLED + _AT_TICKS.format(name=escape(clock.name), interval=clock.interval)
 
 
 def _row(v: FmiVariable) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
@@ -14,8 +14,11 @@ from components.interfaces.record import Variable
 Causality: TypeAlias = Literal["parameter", "input", "output"]
 Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
 
-TIME_REFERENCE = 0
+TIME_REFERENCE: Final = 0
 """The value reference of the independent variable of FMI 3.0."""
+
+COMMUNICATION_STEP: Final = 0.1
+"""Step size [s] that the default experiment suggests, and interval of a sampled block's clock unless another is set."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,20 @@ class FmiVariable:
 
 
 @dataclass(frozen=True)
+class Clock:
+    """The periodic input clock of a sampled block (FMI 3.0): it acts at each tick, the first of which is at the start.
+
+    It has the name of the function it triggers, which no parameter can have.
+    """
+
+    reference: int
+    name: str = "sample"
+    description: str = "the block acts at each tick; in event mode only"
+    interval: float = COMMUNICATION_STEP
+    """Time [s] from one tick to the next, which the importer may change in Initialization Mode."""
+
+
+@dataclass(frozen=True)
 class Interface:
     """All variables of a block's FMU: parameters, inputs and outputs, in the order of their value references."""
 
@@ -50,6 +67,8 @@ class Interface:
     parameters: tuple[FmiVariable, ...]
     inputs: tuple[FmiVariable, ...]
     outputs: tuple[FmiVariable, ...]
+    clock: Clock | None
+    """The clock of a sampled block; it is not among the variables, which both versions of FMI have."""
 
     def __iter__(self) -> Iterator[FmiVariable]:
         yield from self.parameters
@@ -61,9 +80,10 @@ def interface_of(block: type[Block[Any, Any, Any]], *, sampled: bool, start: Arr
     """The variables of a block whose parameters start at `start`, one column in the order of `block.parameters()`."""
     parameters = _placed(block.parameters(), "parameter", TIME_REFERENCE + 1, sampled, start)
     zero = [first for v in block.inputs() for first in [_first_value(v)] * v.size]
-    inputs = _placed(block.inputs(), "input", _end(parameters, TIME_REFERENCE + 1), sampled, zero)
-    outputs = _placed(block.outputs(), "output", _end(inputs, _end(parameters, TIME_REFERENCE + 1)), sampled, ())
-    return Interface(block, sampled, parameters, inputs, outputs)
+    inputs = _placed(block.inputs(), "input", _after(parameters), sampled, zero)
+    outputs = _placed(block.outputs(), "output", _after(parameters, inputs), sampled, ())
+    clock = Clock(_after(parameters, inputs, outputs)) if sampled else None
+    return Interface(block, sampled, parameters, inputs, outputs, clock)
 
 
 def _placed(
@@ -82,8 +102,9 @@ def _placed(
     return tuple(made)
 
 
-def _end(placed: Sequence[FmiVariable], otherwise: int) -> int:
-    return placed[-1].references.stop if placed else otherwise
+def _after(*placed: Sequence[FmiVariable]) -> int:
+    """The value reference after all of these."""
+    return TIME_REFERENCE + 1 + sum(v.variable.size for group in placed for v in group)
 
 
 def _variability(v: Variable, causality: Causality, sampled: bool) -> Variability:  # noqa: FBT001 - private

@@ -7,9 +7,10 @@ from collections.abc import Iterable
 
 from lxml import etree
 
+from components.interfaces.quantity import Type
 from fmus import description_parts as parts
 from fmus.dependencies import Dependencies
-from fmus.interface import TIME_REFERENCE, FmiVariable, Interface
+from fmus.interface import TIME_REFERENCE, Clock, FmiVariable, Interface
 
 _INITIAL = {"parameter": "exact", "input": "exact", "output": "calculated"}
 _SECOND = "s"
@@ -29,6 +30,8 @@ def model_description_fmi3(depends: Dependencies, token: str) -> bytes:
     _time(variables)
     for v in interface:
         _variable(variables, v)
+    if interface.clock is not None:
+        _clock(variables, interface.clock)
     _structure(root, depends)
     if not interface.sampled:
         annotations = etree.SubElement(root, "Annotations")
@@ -47,7 +50,7 @@ def _co_simulation(root: parts.Element, interface: Interface) -> None:
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
         providesDirectionalDerivatives="false",
-        hasEventMode="false",
+        hasEventMode=parts.text(Type.BOOLEAN, interface.clock is not None),
     )
     if math.isfinite(max_step):
         element.set("fixedInternalStepSize", parts.number(max_step))
@@ -93,6 +96,30 @@ def _variable(parent: parts.Element, v: FmiVariable) -> None:
     )
     for length in v.variable.quantity.shape:
         etree.SubElement(element, "Dimension", start=str(length))
+
+
+def _clock(parent: parts.Element, clock: Clock) -> None:
+    """The clock alone, without clocked variables, so that importers without event mode can use the FMU.
+
+    The variables of a sampled block carry no attribute `clocks`. FMI 3.0 asks for two things that exclude each other
+    otherwise: "clocked variables can acquire new values and can be queried only when their Clock is active, except
+    during InitializationMode" (2.2.9.3 Model Partitions and Clocked Variables), hence never in Step Mode; and an
+    importer without event mode, which knows nothing but Step Mode, instantiates with eventModeUsed = fmi3False "to
+    force the FMU to detect and handle events internally" (4.4, hasEventMode). As plain discrete variables the outputs
+    can be read in both cases, and hold from one tick to the next. Which kind of periodic clock it is, and why, stands
+    in runtime/fmi3_events.c.
+    """
+    etree.SubElement(
+        parent,
+        "Clock",
+        name=clock.name,
+        valueReference=str(clock.reference),
+        description=clock.description,
+        causality="input",
+        variability="discrete",
+        intervalVariability="fixed",
+        intervalDecimal=parts.number(clock.interval),
+    )
 
 
 def _structure(root: parts.Element, depends: Dependencies) -> None:

@@ -15,7 +15,9 @@ from fmus.version import Version
 
 GENERATED: Final = ("model.c", "variables.c")
 _CORE: Final = ("instance.c", "core.c", "access.c", "snapshot.c")
-_SHIMS: Final = MappingProxyType({Version.FMI2: ("fmi2.c", "fmi2_absent.c"), Version.FMI3: ("fmi3.c", "fmi3_absent.c")})
+_SHIMS: Final = MappingProxyType(
+    {Version.FMI2: ("fmi2.c", "fmi2_absent.c"), Version.FMI3: ("fmi3.c", "events.c", "fmi3_events.c", "fmi3_absent.c")}
+)
 _OWN_HEADERS: Final = ("core.h", "model.h")
 _FMI_HEADERS: Final = MappingProxyType(
     {

@@ -8,15 +8,17 @@ static const char *type_name(Type type) {
         case INT32: return "Int32";
         case BOOLEAN: return "Boolean";
         case ENUMERATION: return "Enumeration";
+        case CLOCK: return "Clock";
     }
     return "of no type";
 }
 
 /* The variable a reference names, or NULL after a logged error. */
 static const Variable *find(Instance *self, const char *call, Granularity granularity, uint32_t reference) {
-    if (reference < 1 + model.n_p + model.n_u + model.n_y) {
+    if (reference < 1 + model.n_p + model.n_u + model.n_y + model.sampled) {
         const Variable *variable = &model.variables[model.variable_of[reference]];
-        bool named = granularity == BY_VARIABLE ? reference == variable->reference : variable->role != TIME;
+        bool in_fmi2 = variable->role != TIME && variable->role != INPUT_CLOCK;
+        bool named = granularity == BY_VARIABLE ? reference == variable->reference : in_fmi2;
         if (named) return variable;
     }
     core_error(&self->host, call, "found the value reference %lu; valid: those in the modelDescription.xml",
@@ -52,7 +54,7 @@ static bool writable(Instance *self, const char *call, const Variable *variable)
                    variable->name);
         return false;
     }
-    if (mode == STEPPING && variable->role == FIXED_PARAMETER) {
+    if ((mode == STEPPING || mode == EVENTS) && variable->role == FIXED_PARAMETER) {
         core_error(&self->host, call,
                    "found fixed parameter `%s` after initialization; valid: inputs and tunable parameters",
                    variable->name);
@@ -113,7 +115,7 @@ void access_write(Access *access, double value) {
     State *state = access->self->state;
     double before = *access->element;
     *access->element = value;
-    if (state->mode == STEPPING && access->variable->role == TUNABLE_PARAMETER
+    if (state->mode != INSTANTIATED && state->mode != INITIALIZING && access->variable->role == TUNABLE_PARAMETER
         && !core_in_range(access->self, access->call, access->variable, access->element)) {
         *access->element = before;
         access->status = STATUS_ERROR;

@@ -6,10 +6,10 @@
 
 enum { LARGEST_NUMBER_OF_PARTS = 1000000000 };
 
-static const char *const mode_names[] = {"instantiated", "in initialization mode", "in step mode",
+static const char *const mode_names[] = {"instantiated", "in initialization mode", "in step mode", "in event mode",
                                          "in error (reset it, or restore an earlier state)", "terminated"};
 
-static Status wrong_mode(Instance *self, const char *call, const char *valid) {
+Status core_wrong_mode(Instance *self, const char *call, const char *valid) {
     return core_error(&self->host, call, "the instance is %s; valid: %s", mode_names[self->state->mode], valid);
 }
 
@@ -25,6 +25,7 @@ static bool evaluate_initial(Instance *self) {
     return call_model(self, model.initial);
 }
 
+/* The next state and, when the model is sampled, the outputs of the sample. */
 static bool evaluate_step(Instance *self, double h) {
     self->arguments[0] = self->x;
     self->arguments[1] = self->u;
@@ -32,25 +33,15 @@ static bool evaluate_step(Instance *self, double h) {
     self->arguments[3] = &h;
     self->results[0] = self->x_next; /* CasADi must not write where it reads */
     self->results[1] = self->y;      /* ignored unless the model is sampled */
-    bool done = call_model(self, model.step);
-    memcpy(self->x, self->x_next, model.n_x * sizeof(double));
-    return done;
-}
-
-/* The outputs of a sample taken now, without the state that follows from it. */
-static bool evaluate_sample(Instance *self) {
-    const double h = 0; /* a sample does not depend on the step */
-    self->arguments[0] = self->x;
-    self->arguments[1] = self->u;
-    self->arguments[2] = self->p;
-    self->arguments[3] = &h;
-    self->results[0] = NULL;
-    self->results[1] = self->y;
     return call_model(self, model.step);
 }
 
+static void take_next_state(Instance *self) {
+    memcpy(self->x, self->x_next, model.n_x * sizeof(double));
+}
+
 static bool evaluate_output(Instance *self) {
-    if (model.sampled) return evaluate_sample(self);
+    if (model.sampled) return evaluate_step(self, 0); /* a sample does not depend on the step */
     self->arguments[0] = self->x;
     self->arguments[1] = self->u;
     self->arguments[2] = self->p;
@@ -119,7 +110,7 @@ Status core_refresh_outputs(Instance *self, const char *call) {
 /* --- modes and steps --- */
 
 Status core_enter_initialization(Instance *self, const char *call, double start_time) {
-    if (self->state->mode != INSTANTIATED) return wrong_mode(self, call, "once, after instantiation or reset");
+    if (self->state->mode != INSTANTIATED) return core_wrong_mode(self, call, "once, after instantiation or reset");
     if (!isfinite(start_time)) {
         return core_error(&self->host, call, "found the start time %g; valid: a finite number", start_time);
     }
@@ -130,7 +121,7 @@ Status core_enter_initialization(Instance *self, const char *call, double start_
 
 Status core_exit_initialization(Instance *self, const char *call) {
     char name[NAME_SIZE];
-    if (self->state->mode != INITIALIZING) return wrong_mode(self, call, "in initialization mode");
+    if (self->state->mode != INITIALIZING) return core_wrong_mode(self, call, "in initialization mode");
 
     bool valid = true;
     for (size_t i = 0; i < model.n_variables; ++i) {
@@ -144,7 +135,7 @@ Status core_exit_initialization(Instance *self, const char *call) {
     const double *wrong = not_finite(self, STATE, STATE, name, sizeof name);
     if (wrong) return core_error(&self->host, call, "start state `%s` is %g, not a finite number", name, shown(*wrong));
     self->state->outputs = OUTPUTS_STALE;
-    self->state->mode = STEPPING;
+    self->state->mode = self->state->events ? EVENTS : STEPPING;
     return STATUS_OK;
 }
 
@@ -157,18 +148,22 @@ static double number_of_parts(double h) {
 static bool advance(Instance *self, double h) {
     if (model.sampled) {
         self->state->outputs = OUTPUTS_HELD;
-        return evaluate_step(self, h);
+        bool done = evaluate_step(self, h);
+        take_next_state(self);
+        return done;
     }
     double n = number_of_parts(h);
     for (double part = 0; part < n; ++part) {
-        if (!evaluate_step(self, h / n)) return false;
+        bool done = evaluate_step(self, h / n);
+        take_next_state(self);
+        if (!done) return false;
     }
     self->state->outputs = OUTPUTS_FRESH;
     return evaluate_output(self);
 }
 
 static Status check_step(Instance *self, const char *call, double time, double h) {
-    if (self->state->mode != STEPPING) return wrong_mode(self, call, "in step mode, after initialization");
+    if (self->state->mode != STEPPING) return core_wrong_mode(self, call, "in step mode, after initialization");
     if (!(h > 0) || !isfinite(h)) {
         return core_error(&self->host, call, "found the communication step size %g; valid: a finite number above 0", h);
     }
@@ -210,9 +205,25 @@ static double without_rounding(double h) {
     return nanoseconds > 0 && fabs(h * 1e9 - nanoseconds) < 1e-3 ? nanoseconds / 1e9 : h;
 }
 
+/* Whether the model acts at the ticks of its clock, so that a step only lets time pass. */
+static bool acts_at_ticks(Instance *self, const char *call) {
+    State *state = self->state;
+    if (state->events && state->ticks == TICK_EXPECTED) {
+        core_warning(&self->host, call,
+                     "found event mode in use and no tick of the clock at time %.9g; valid: one at the start; "
+                     "the model acts with every step instead", *self->time);
+        state->ticks = TICK_MISSED;
+    }
+    return state->events && state->ticks == TICKED;
+}
+
 Status core_step(Instance *self, const char *call, double time, double h) {
     Status status = check_step(self, call, time, h);
     if (status != STATUS_OK) return status;
+    if (acts_at_ticks(self, call)) {
+        *self->time = time + h;
+        return STATUS_OK;
+    }
 
     bool done = advance(self, without_rounding(h));
     *self->time = time + h;
@@ -222,9 +233,22 @@ Status core_step(Instance *self, const char *call, double time, double h) {
     return STATUS_ERROR;
 }
 
+Status core_finish_tick(Instance *self, const char *call) {
+    if (*self->clock == 0) return STATUS_OK;
+    bool done = self->state->outputs == OUTPUTS_FRESH || evaluate_step(self, 0);
+    take_next_state(self);
+    self->state->outputs = OUTPUTS_HELD;
+    *self->clock = 0;
+    if (!done) core_error(&self->host, call, "the sample at time %.9g could not be computed", *self->time);
+    if (done && all_finite(self, call)) return STATUS_OK;
+    self->state->mode = FAILED;
+    return STATUS_ERROR;
+}
+
 Status core_terminate(Instance *self, const char *call) {
-    if (self->state->mode != STEPPING && self->state->mode != FAILED) {
-        return wrong_mode(self, call, "in step mode, after initialization");
+    int32_t mode = self->state->mode;
+    if (mode != STEPPING && mode != EVENTS && mode != FAILED) {
+        return core_wrong_mode(self, call, "in step mode, after initialization");
     }
     self->state->mode = TERMINATED;
     return STATUS_OK;

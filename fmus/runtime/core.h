@@ -27,7 +27,7 @@ struct Host {
     const char *instance_name;
 };
 
-typedef enum { INSTANTIATED, INITIALIZING, STEPPING, FAILED, TERMINATED } Mode;
+typedef enum { INSTANTIATED, INITIALIZING, STEPPING, EVENTS, FAILED, TERMINATED } Mode;
 
 /* Whether the outputs match the state, the inputs and the parameters of this instant. */
 typedef enum {
@@ -36,20 +36,29 @@ typedef enum {
     OUTPUTS_HELD /* those of the last sample, whatever is set meanwhile */
 } Outputs;
 
+/* When a sampled model acts, if event mode is in use: at the ticks of its clock. The first tick is at the start; an
+ * importer that steps without it uses event mode but not the clock, and gets a sample with every step, as without
+ * event mode, until the clock ticks after all. */
+typedef enum { TICK_EXPECTED, TICK_MISSED, TICKED } Ticks;
+
 /* All that makes up the state of an instance, in one piece, so that a copy of it is the FMU state. */
 typedef struct {
     int32_t mode;
     int32_t outputs;
-    double values[]; /* time | p | u | y | x, as in model.h */
+    int32_t events; /* whether event mode is in use; decided with the instance */
+    int32_t ticks;
+    double interval; /* [s] from one tick of the clock to the next */
+    double tick;     /* time of the last tick */
+    double values[]; /* time | p | u | y | clock | x, as in model.h, and then the next x */
 } State;
 
 typedef struct {
     Host host;
     State *state;
-    double *time, *p, *u, *y, *x; /* where they stand in state->values */
+    double *time, *p, *u, *y, *clock, *x; /* where they stand in state->values */
+    double *x_next; /* there too: a sample read in event mode goes with the state that it leads to */
 
-    /* scratch: the next state, and what CasADi's functions work on */
-    double *x_next;
+    /* scratch: what CasADi's functions work on */
     double *doubles;
     Integer *integers;
     const double **arguments;
@@ -59,6 +68,9 @@ typedef struct {
 /* --- instance.c: the life of an instance, and what it says --- */
 
 enum { MESSAGE_SIZE = 512, NAME_SIZE = 128 }; /* longer texts are cut off */
+
+/* Number of doubles in state->values. */
+size_t core_n_values(void);
 
 /* A new instance, or NULL when `token` is not the model's. */
 Instance *core_instantiate(const Host *host, const char *call, const char *token);
@@ -84,13 +96,31 @@ Status core_exit_initialization(Instance *self, const char *call);
 /* Advances to time + h with the inputs held. Anything that is not a finite number ends the instance in FAILED. */
 Status core_step(Instance *self, const char *call, double time, double h);
 
+/* Ends a tick of the clock, if there is one: takes the sample unless its outputs were read, and the state from it. */
+Status core_finish_tick(Instance *self, const char *call);
+
 Status core_terminate(Instance *self, const char *call);
+
+/* Logs which mode the instance is in and what would be valid; returns STATUS_ERROR. */
+Status core_wrong_mode(Instance *self, const char *call, const char *valid);
 
 /* Whether a parameter's element lies in its range; otherwise logs its name, value and range. */
 bool core_in_range(Instance *self, const char *call, const Variable *variable, const double *element);
 
 /* Evaluates the outputs if they are stale. */
 Status core_refresh_outputs(Instance *self, const char *call);
+
+/* --- events.c: event mode and its clock (FMI 3.0) --- */
+
+Status core_enter_events(Instance *self, const char *call);
+Status core_leave_events(Instance *self, const char *call);
+Status core_update_discrete_states(Instance *self, const char *call);
+
+Status core_set_clock(Instance *self, const char *call, const Variable *clock, bool active);
+Status core_set_interval(Instance *self, const char *call, const Variable *clock, double interval);
+
+/* Whether the clock's interval and shift can be asked for in this mode. */
+Status core_may_get_interval(Instance *self, const char *call);
 
 /* --- access.c: reading and writing the variables behind value references --- */
 

@@ -1,4 +1,5 @@
-/* FMI 3.0 Co-Simulation, translated to the core. fmi3_absent.c has the functions that this FMU does not support. */
+/* FMI 3.0 Co-Simulation, translated to the core. fmi3_events.c has the functions of event mode and its clock, and
+ * fmi3_absent.c those that this FMU does not support. */
 #include "core.h"
 #include "fmi3Functions.h"
 
@@ -38,7 +39,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     (void)resourcePath, (void)visible, (void)loggingOn, (void)earlyReturnAllowed;
     (void)requiredIntermediateVariables, (void)intermediateUpdate;
     Host host = host_of(instanceName, instanceEnvironment, logMessage);
-    if (eventModeUsed) {
+    if (eventModeUsed && !model.sampled) {
         core_error(&host, __func__, "found event mode in use; valid: without, as the modelDescription.xml says");
         return NULL;
     }
@@ -47,7 +48,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
                    "found required intermediate variables; valid: none, there is no intermediate update");
         return NULL;
     }
-    return core_instantiate(&host, __func__, instantiationToken);
+    Instance *self = core_instantiate(&host, __func__, instantiationToken);
+    if (self) self->state->events = eventModeUsed;
+    return self;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,

@@ -16,10 +16,6 @@ static fmi3Status set_none(fmi3Instance instance, const char *call, const fmi3Va
     return (fmi3Status)access_to_write(instance, call, BY_VARIABLE, 0, references, n, 0).status;
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
 fmi3Status fmi3GetFloat32(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Float32 values[], size_t nValues) {
     return get_none(instance, __func__, valueReferences, nValueReferences);
@@ -62,11 +58,6 @@ fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference valueRe
 
 fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                          size_t valueSizes[], fmi3Binary values[], size_t nValues) {
-    return get_none(instance, __func__, valueReferences, nValueReferences);
-}
-
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                        fmi3Clock values[]) {
     return get_none(instance, __func__, valueReferences, nValueReferences);
 }
 
@@ -115,11 +106,6 @@ fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueRe
     return set_none(instance, __func__, valueReferences, nValueReferences);
 }
 
-fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                        const fmi3Clock values[]) {
-    return set_none(instance, __func__, valueReferences, nValueReferences);
-}
-
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference,
                                                size_t *nDependencies) {
     return (fmi3Status)core_unsupported(instance, __func__);
@@ -152,30 +138,14 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
     return (fmi3Status)core_unsupported(instance, __func__);
 }
 
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                                  size_t nValueReferences, fmi3Float64 intervals[],
-                                  fmi3IntervalQualifier qualifiers[]) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
 fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                                    size_t nValueReferences, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
                                    fmi3IntervalQualifier qualifiers[]) {
     return (fmi3Status)core_unsupported(instance, __func__);
 }
 
-fmi3Status fmi3GetShiftDecimal(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                               size_t nValueReferences, fmi3Float64 shifts[]) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
 fmi3Status fmi3GetShiftFraction(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                                 size_t nValueReferences, fmi3UInt64 counters[], fmi3UInt64 resolutions[]) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
-fmi3Status fmi3SetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                                  size_t nValueReferences, const fmi3Float64 intervals[]) {
     return (fmi3Status)core_unsupported(instance, __func__);
 }
 
@@ -197,13 +167,6 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference 
 }
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
-                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
-                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
-                                    fmi3Float64 *nextEventTime) {
     return (fmi3Status)core_unsupported(instance, __func__);
 }
 
@@ -248,10 +211,6 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventI
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates) {
-    return (fmi3Status)core_unsupported(instance, __func__);
-}
-
-fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
     return (fmi3Status)core_unsupported(instance, __func__);
 }
 

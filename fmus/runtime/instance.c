@@ -63,6 +63,10 @@ static Work work_for_all(void) {
     return work;
 }
 
+size_t core_n_values(void) {
+    return 1 + model.n_p + model.n_u + model.n_y + model.sampled + 2 * model.n_x;
+}
+
 /* Finds each column its place in the block; every part is a multiple of 8 bytes long, so each begins where it may.
  * Returns the end of the last. */
 static char *lay_out(Instance *self, Work work) {
@@ -71,7 +75,8 @@ static char *lay_out(Instance *self, Work work) {
     self->p = self->time + 1;
     self->u = self->p + model.n_p;
     self->y = self->u + model.n_u;
-    self->x = self->y + model.n_y;
+    self->clock = self->y + model.n_y;
+    self->x = self->clock + model.sampled;
     self->x_next = self->x + model.n_x;
     self->doubles = self->x_next + model.n_x;
     self->integers = (Integer *)(self->doubles + work.doubles);
@@ -88,7 +93,7 @@ Instance *core_instantiate(const Host *host, const char *call, const char *token
     }
     const char *name = host->instance_name ? host->instance_name : model.name;
     Work work = work_for_all();
-    size_t n_doubles = 1 + model.n_p + model.n_u + model.n_y + 2 * model.n_x + work.doubles;
+    size_t n_doubles = core_n_values() + work.doubles;
     size_t size = sizeof(Instance) + sizeof(State) + n_doubles * sizeof(double) + work.integers * sizeof(Integer)
         + (work.arguments + work.results) * sizeof(double *) + strlen(name) + 1;
     Instance *self = calloc(1, size);
@@ -109,8 +114,10 @@ void core_free(Instance *self) {
 Status core_reset(Instance *self) {
     self->state->mode = INSTANTIATED;
     self->state->outputs = OUTPUTS_STALE;
-    *self->time = 0;
+    self->state->ticks = TICK_EXPECTED;
+    self->state->interval = model.interval;
+    self->state->tick = 0;
+    memset(self->state->values, 0, core_n_values() * sizeof(double));
     memcpy(self->p, model.start, (model.n_p + model.n_u) * sizeof(double));
-    memset(self->y, 0, (model.n_y + model.n_x) * sizeof(double));
     return STATUS_OK;
 }

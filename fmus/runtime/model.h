@@ -6,10 +6,10 @@
  *
  * Value references. All values of an instance stand in one row of doubles:
  *
- *     time | parameters p | inputs u | outputs y | states x
+ *     time | parameters p | inputs u | outputs y | clock, when the model is sampled | states x
  *
  * The value reference of an element is its place in this row. FMI 2.0 names every element; FMI 3.0 names an array
- * by its first. States have no reference that FMI knows of.
+ * by its first, and only FMI 3.0 knows time and the clock. States have no reference that FMI knows of.
  */
 #ifndef MACROSTEP_MODEL_H
 #define MACROSTEP_MODEL_H
@@ -40,9 +40,9 @@ typedef struct {
 
 /* The types of FMI 3.0; in FMI 2.0 they are Real, Integer, Boolean and Enumeration. A function of FMI serves one or
  * several of them, hence bits. */
-typedef enum { FLOAT64 = 1, INT32 = 2, BOOLEAN = 4, ENUMERATION = 8 } Type;
+typedef enum { FLOAT64 = 1, INT32 = 2, BOOLEAN = 4, ENUMERATION = 8, CLOCK = 16 } Type;
 
-typedef enum { TIME, FIXED_PARAMETER, TUNABLE_PARAMETER, INPUT, OUTPUT, STATE } Role;
+typedef enum { TIME, FIXED_PARAMETER, TUNABLE_PARAMETER, INPUT, OUTPUT, INPUT_CLOCK, STATE } Role;
 
 typedef struct {
     const char *name;
@@ -56,13 +56,14 @@ typedef struct {
 typedef struct {
     const char *name;
     const char *token; /* the GUID of FMI 2.0 and the instantiation token of FMI 3.0 */
-    bool sampled;      /* acts once per step, and its outputs hold until the next */
+    bool sampled;      /* acts once per step or tick of its clock, and its outputs hold until the next */
+    double interval;   /* [s] from one tick of the clock to the next, unless the importer sets another */
     double max_step;   /* longest step [s] that `step` is called with */
 
     size_t n_p, n_u, n_y, n_x;
     const double *start; /* of the parameters and, after them, of the inputs */
 
-    const Variable *variables; /* time first, then parameters, inputs, outputs and states */
+    const Variable *variables; /* in the order of the row above */
     size_t n_variables;
     const uint16_t *variable_of; /* which variable the element with a reference belongs to */
 

@@ -10,7 +10,7 @@ typedef struct {
 } Heading;
 
 static size_t state_size(void) {
-    return sizeof(State) + (1 + model.n_p + model.n_u + model.n_y + model.n_x) * sizeof(double);
+    return sizeof(State) + core_n_values() * sizeof(double);
 }
 
 size_t snapshot_size(void) {
@@ -41,7 +41,13 @@ Status snapshot_restore(Instance *self, const char *call, const void *snapshot) 
     if (!heading || !is_ours(heading)) {
         return core_error(&self->host, call, "found no state of this model; valid: a state taken from this FMU");
     }
-    memcpy(self->state, heading + 1, state_size());
+    const State *state = (const State *)(heading + 1);
+    if (state->events != self->state->events) {
+        const char *with[] = {"without", "with"};
+        return core_error(&self->host, call, "found a state of an instance %s event mode; valid: %s, as this instance",
+                          with[state->events != 0], with[self->state->events != 0]);
+    }
+    memcpy(self->state, state, state_size());
     return STATUS_OK;
 }
 

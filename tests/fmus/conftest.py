@@ -72,8 +72,8 @@ def drive(built: Mapping[tuple[str, Version], Path]) -> Iterator[Callable[..., F
     """A new instance of an FMU by name and version, closed after the test."""
     drivers: list[FmuDriver] = []
 
-    def open_one(name: str, version: Version) -> FmuDriver:
-        drivers.append(FmuDriver(built[name, version]))
+    def open_one(name: str, version: Version, *, event_mode: bool = False) -> FmuDriver:
+        drivers.append(FmuDriver(built[name, version], event_mode=event_mode))
         return drivers[-1]
 
     yield open_one

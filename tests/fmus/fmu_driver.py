@@ -27,7 +27,9 @@ _SUFFIXES = {
 class FmuDriver:
     """An instance of an FMU; `messages` holds what it logged."""
 
-    def __init__(self, path: Path, token: str | None = None, messages: list[str] | None = None) -> None:
+    def __init__(
+        self, path: Path, token: str | None = None, messages: list[str] | None = None, *, event_mode: bool = False
+    ) -> None:
         self._folder = tempfile.TemporaryDirectory()
         folder = fmpy.extract(str(path), self._folder.name)
         self.description: Any = fmpy.read_model_description(folder)
@@ -41,6 +43,7 @@ class FmuDriver:
             instanceName="sample",
         )
         self._alive = False
+        self._event_mode = event_mode
         try:
             self._instantiate()
         except Exception:
@@ -50,7 +53,10 @@ class FmuDriver:
 
     def _instantiate(self) -> None:
         if self.version is Version.FMI3:
-            self.fmu.instantiate(logMessage=lambda _env, _status, _category, text: self.messages.append(text.decode()))
+            self.fmu.instantiate(
+                eventModeUsed=self._event_mode,
+                logMessage=lambda _env, _status, _category, text: self.messages.append(text.decode()),
+            )
             return
         callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(
@@ -86,6 +92,27 @@ class FmuDriver:
     def step(self, time: float, h: float) -> None:
         """One communication step."""
         self.fmu.doStep(time, h)
+
+    @property
+    def clock(self) -> int:
+        """The value reference of the one clock."""
+        (clock,) = [v for v in self.description.modelVariables if v.type == "Clock"]
+        return clock.valueReference
+
+    def tick(self, *, active: bool = True) -> None:
+        """Set the clock, in Event Mode."""
+        self.fmu.setClock([self.clock], [active])
+
+    def interval(self, reference: int | None = None) -> tuple[float, int]:
+        """The interval of a clock, and its qualifier."""
+        found, qualifier = (fmi3.fmi3Float64 * 1)(), (fmi3.fmi3IntervalQualifier * 1)()
+        references = (fmi3.fmi3ValueReference * 1)(self.clock if reference is None else reference)
+        self.fmu.getIntervalDecimal(references, found, qualifier)
+        return found[0], qualifier[0]
+
+    def set_interval(self, value: float) -> None:
+        """Set the clock's interval, in Initialization Mode."""
+        self.fmu.setIntervalDecimal((fmi3.fmi3ValueReference * 1)(self.clock), (fmi3.fmi3Float64 * 1)(value))
 
     def references(self, name: str) -> tuple[list[int], str, int]:
         """Value references, type and number of elements of a variable, given by its name without an index."""
