@@ -117,6 +117,7 @@ def _interface(read_one: Description, found: list[Port]) -> Interface:
         rolls_back=_rolls_back(description),
         event_mode=read_one.version == Version.FMI3 and bool(getattr(description.coSimulation, "hasEventMode", False)),
         clocks=clocks(read_one.root),
+        undeclared=_undeclared(description, outputs),
     )
 
 
@@ -139,6 +140,15 @@ def _feedthrough(description: ModelDescription, outputs: list[Variable], inputs:
     for name in row.keys() - listed:
         found[row[name], :] = True
     return found
+
+
+def _undeclared(description: ModelDescription, outputs: list[Variable]) -> frozenset[str]:
+    """Outputs that the model structure lists without dependencies, or not at all."""
+    known = {v.name: v for v in outputs}
+    told = {
+        whole_name(u.variable.name, known) for u in description.outputs if u.variable and u.dependencies is not None
+    }
+    return frozenset(known.keys() - told)
 
 
 def _rolls_back(description: ModelDescription) -> bool:

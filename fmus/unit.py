@@ -45,6 +45,8 @@ class Interface:
     rolls_back: bool = False
     """Whether `save` and `restore` work"""
     clocks: tuple[Clock, ...] = ()
+    undeclared: frozenset[str] = frozenset()
+    """Outputs whose dependencies the file does not declare; they are taken to depend on every input"""
 
 
 class UnitError(RuntimeError):

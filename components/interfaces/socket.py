@@ -26,6 +26,11 @@ class Socket:
         """The output signals every unit in this socket has."""
         return _signals(self.outputs)
 
+    def signals(self, role: str | None = None) -> list[Variable]:
+        """The signals that a unit in this socket may read (`inputs`) or show (`outputs`), or all; open lengths are -1."""
+        read, shown = _signals(self.inputs), [*self.required(), *_signals(self.optional)]
+        return {"inputs": read, "outputs": shown}.get(role or "", [*read, *shown])
+
     def problems(self, unit: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Problem]:
         """What keeps a unit with these signals from fitting; inputs and outputs of its own are allowed for."""
         return [

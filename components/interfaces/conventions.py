@@ -1,0 +1,114 @@
+"""Conventions of foreign files and ours: axes, reference points, and how a velocity is given; both ways, in place.
+
+Each convention acts on the signals of one bus, given as arrays by name: `state` and `ego` have one element each, the
+`obstacles` one per slot. `ours` turns values that follow the convention into those of the contract (ISO 8855, centre of
+gravity, body frame), `theirs` is its inverse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Views: TypeAlias = Mapping[str, NDArray[Any]]
+"""The signals of a bus by name, as views of the memory that holds them"""
+
+LEFTWARD: Final = frozenset(
+    {"y", "psi", "v_y", "r", "beta", "delta_f", "alpha_f", "alpha_r", "F_cf", "F_cr", "a_y", "r_dot"}
+    | {"y_d", "y_upper", "y_lower"}
+)
+"""Signals that are positive to the left: they change sign where y points to the right and z down."""
+
+
+class Convention(Protocol):
+    """A way to give the signals of a bus that differs from ours."""
+
+    def ours(self, bus: Views) -> None:
+        """From this convention to ours."""
+        ...
+
+    def theirs(self, bus: Views) -> None:
+        """From ours to this convention."""
+        ...
+
+
+@dataclass(frozen=True)
+class ReferencePoint:
+    """Position and lateral speed of a point of the vehicle `ahead` [m] of its centre of gravity.
+
+    ``x = x_p - a cos(psi)``, ``y = y_p - a sin(psi)``, ``v_y = v_yp - a r``; the rear axle has ``a = -l_r``.
+    """
+
+    ahead: float
+
+    def ours(self, bus: Views) -> None:
+        """From the point to the centre of gravity."""
+        self._move(bus, -self.ahead)
+
+    def theirs(self, bus: Views) -> None:
+        """From the centre of gravity to the point."""
+        self._move(bus, self.ahead)
+
+    @staticmethod
+    def _move(bus: Views, forward: float) -> None:
+        bus["x"][:] += forward * np.cos(bus["psi"])
+        bus["y"][:] += forward * np.sin(bus["psi"])
+        bus["v_y"][:] += forward * bus["r"]
+
+
+@dataclass(frozen=True)
+class BoxEnd:
+    """Positions of boxes at `share` of their length ahead of the centre: 0.5 is the front, -0.5 the rear bumper."""
+
+    share: float
+
+    def ours(self, bus: Views) -> None:
+        """From the end to the centre."""
+        self._move(bus, -self.share)
+
+    def theirs(self, bus: Views) -> None:
+        """From the centre to the end."""
+        self._move(bus, self.share)
+
+    @staticmethod
+    def _move(bus: Views, share: float) -> None:
+        bus["x"][:] += share * bus["length"] * np.cos(bus["psi"])
+        bus["y"][:] += share * bus["length"] * np.sin(bus["psi"])
+
+
+@dataclass(frozen=True)
+class SpeedAndSlip:
+    """Speed v and slip angle beta in the places of `v_x` and `v_y`: ``v_x = v cos(beta)``, ``v_y = v sin(beta)``."""
+
+    def ours(self, bus: Views) -> None:
+        """From v and beta."""
+        v, beta = bus["v_x"].copy(), bus["v_y"].copy()
+        bus["v_x"][:], bus["v_y"][:] = v * np.cos(beta), v * np.sin(beta)
+
+    def theirs(self, bus: Views) -> None:
+        """To v and beta."""
+        v_x, v_y = bus["v_x"].copy(), bus["v_y"].copy()
+        bus["v_x"][:], bus["v_y"][:] = np.hypot(v_x, v_y), np.arctan2(v_y, v_x)
+
+
+@dataclass(frozen=True)
+class RoadFrameVelocity:
+    """`v_x` and `v_y` resolved in the road frame instead of the body frame."""
+
+    def ours(self, bus: Views) -> None:
+        """From the road frame to the body frame."""
+        self._turn(bus, -1.0)
+
+    def theirs(self, bus: Views) -> None:
+        """From the body frame to the road frame."""
+        self._turn(bus, 1.0)
+
+    @staticmethod
+    def _turn(bus: Views, sense: float) -> None:
+        c, s = np.cos(bus["psi"]), sense * np.sin(bus["psi"])
+        v_x, v_y = bus["v_x"].copy(), bus["v_y"].copy()
+        bus["v_x"][:], bus["v_y"][:] = c * v_x - s * v_y, s * v_x + c * v_y

@@ -1,0 +1,58 @@
+"""How the variables of a foreign unit stand for the signals of a socket: plain data, which `mapped_unit` carries out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from components.interfaces.conventions import Convention
+from components.interfaces.conversion import IDENTITY, Linear
+
+Place: TypeAlias = tuple[str, int]
+"""An element of a variable: its name, and which of its elements, counted from 0"""
+
+
+@dataclass(frozen=True)
+class Link:
+    """One signal of ours and the elements of theirs that stand for its first elements: ``ours = relation(theirs)``."""
+
+    signal: str
+    theirs: tuple[Place, ...]
+    relation: Linear = IDENTITY
+    low: float = -math.inf
+    high: float = math.inf
+    """Limits of what theirs is given, in its own unit"""
+
+
+@dataclass(frozen=True)
+class RateInput:
+    """An input of theirs that wants the rate of a signal of ours.
+
+    Over each step the rate leads from the present value to the signal's: ``(signal - present) / h``, within the limit.
+    The present value is shown by the unit (`present`, an output of theirs) or kept by the adapter.
+    """
+
+    rate: Link
+    present: Link | None
+    limit: float = math.inf
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """Everything between a foreign unit and a socket."""
+
+    inputs: tuple[Link, ...] = ()
+    outputs: tuple[Link, ...] = ()
+    constants: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Outputs of ours that have no variable of theirs"""
+    held: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Inputs of theirs that no signal of ours drives, with their values"""
+    conventions: Mapping[str, tuple[Convention, ...]] = field(default_factory=dict[str, tuple[Convention, ...]])
+    """By bus, in the order in which theirs becomes ours"""
+    rates: tuple[RateInput, ...] = ()
+    integrated: tuple[str, ...] = ()
+    """Outputs of ours that theirs gives the rate of; they start at 0"""
+    passed_on: tuple[str, ...] = ()
+    """Outputs of theirs that are shown under their own names"""
