@@ -55,12 +55,14 @@ def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
     A unit that is not declared fits any other, and numbers pass unchanged. Two units that nobody knows fit when they
     are spelled alike.
     """
-    if found.unit == wanted.unit and (found.base is None or wanted.base is None or found.base == wanted.base):
+    if found.unit == wanted.unit and (found.base or wanted.base) is None:
         return IDENTITY
     if not (found.unit and wanted.unit):
         return IDENTITY
     a, b = found.base_unit, wanted.base_unit
-    if a is None or b is None or not a.same_dimension(b):
+    if a is None or b is None:
+        return IDENTITY if found.unit == wanted.unit else None
+    if not a.same_dimension(b):
         return None
     return Linear(a.factor / b.factor, (a.offset - b.offset) / b.factor)
 
@@ -77,11 +79,11 @@ def type_fits(found: Quantity, wanted: Quantity) -> bool:
         return True
     if found.type is Type.ENUMERATION:
         return wanted.type is Type.INT64
-    return (
-        found.type.is_integer
-        and np.can_cast(DTYPES[found.type], DTYPES[wanted.type], "safe")
-        and (wanted.type.is_integer or wanted.type.is_float)
-    )
+    if not (found.type.is_integer and (wanted.type.is_integer or wanted.type.is_float)):
+        return False
+    if wanted.type.is_integer:
+        return np.can_cast(DTYPES[found.type], DTYPES[wanted.type], "safe")
+    return bool(np.iinfo(DTYPES[found.type]).bits <= np.finfo(DTYPES[wanted.type]).nmant)  # type: ignore[arg-type]
 
 
 def _items(q: Quantity) -> dict[str, int]:

@@ -2,91 +2,13 @@
 
 from __future__ import annotations
 
-from typing import final
-
 import pytest
 
-from components.interfaces.block import Block, NoState, Sampled, block
 from components.interfaces.problem import RequestError
-from components.interfaces.quantity import quantity
-from components.interfaces.record import record
-from components.interfaces.socket import Socket
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
-from orchestrator.schedule import sequential
-from orchestrator.system import System, block_source
-
-ANY = Socket(name="any", inputs={}, outputs={}, optional={})
-
-
-@record
-class Signal:
-    """One number."""
-
-    value: float = quantity("1", "a number")
-
-
-@record
-class In:
-    """One input bus."""
-
-    a: Signal
-
-
-@record
-class Out:
-    """One output bus."""
-
-    b: Signal
-
-
-@final
-@block(Socket(name="any", inputs={"a": Signal}, outputs={}, optional={}))
-class Gain(Block[In, NoState, Out]):
-    """Shows twice its input at once."""
-
-    k: float = quantity("1", "gain")
-
-    def start(self):
-        return NoState()
-
-    def output(self, x, u):
-        return Out(b=Signal(value=self.k * u.a.value))
-
-    def step(self, x, u, h):
-        return x
-
-
-@final
-@block(Socket(name="any", inputs={"a": Signal}, outputs={}, optional={}))
-class Sum(Block[In, Signal, Out]):
-    """Shows the sum of its inputs so far."""
-
-    def start(self):
-        return Signal(value=1.0)
-
-    def output(self, x, u):
-        return Out(b=x)
-
-    def step(self, x, u, h):
-        return Signal(value=x.value + u.a.value)
-
-
-@final
-@block(Socket(name="any", inputs={"a": Signal}, outputs={}, optional={}))
-class Held(Sampled[In, Signal, Out]):
-    """Shows its input and how often it sampled."""
-
-    def start(self):
-        return Signal(value=0.0)
-
-    def sample(self, x, u):
-        count = Signal(value=x.value + 1)
-        return count, Out(b=Signal(value=u.a.value + 1000 * count.value))
-
-
-def system(units, wiring):
-    return System({name: block_source(b) for name, b in units.items()}, wiring)
+from orchestrator.schedule import Algorithm, algorithm_named, schedule, sequential
+from tests.orchestrator.blocks import Gain, Held, Sum, system
 
 
 def test_the_controller_acts_at_once_and_the_plant_shows_its_tyres_with_the_new_actuation():
@@ -105,6 +27,39 @@ def test_no_delay_whatever_the_order_of_the_units(names):
     assert frame["sum.b.value"].tolist() == [1, 3, 9, 27, 81]
     assert frame["gain.b.value"].tolist() == [2, 6, 18, 54, 162]
     assert frame["held.b.value"].tolist() == [1002, 2006, 3018, 4054, 5162]
+
+
+def test_jacobi_sets_steps_and_gets_all_units_and_nothing_before():
+    made = schedule(prepare("static", Options(mode="blocks")).system, Algorithm.JACOBI)
+    assert str(made) == (
+        "set plant; set traffic; set controller; step plant; step traffic; step controller;"
+        " get plant; get traffic; get controller"
+    )
+    assert made.before == ()
+
+
+def test_jacobi_shows_a_controller_one_step_late():
+    """By hand: h shows at t_k what it sampled at t_{k-1}, s adds what h showed at t_k."""
+    made = system({"s": Sum(), "h": Held()}, {"h.a": "s.b", "s.a": "h.b"})
+    frame = simulate(made, h=1.0, until=4.0, algorithm="jacobi")
+    s, h = [1.0], [1001.0]  # the initial outputs: the first sample, not yet counted
+    for k in range(4):
+        shown = h[-1]
+        h.append(s[-1] + 1000 * (k + 1))
+        s.append(s[-1] + shown)
+    assert frame["s.b.value"].tolist() == s
+    assert frame["h.b.value"].tolist() == h
+
+
+def test_without_event_mode_clocked_is_sequential():
+    made = prepare("static", Options(mode="blocks")).system
+    assert str(schedule(made, Algorithm.CLOCKED)) == str(sequential(made))
+
+
+def test_an_unknown_algorithm_is_refused_with_those_there_are():
+    with pytest.raises(RequestError) as error:
+        algorithm_named("gauss")
+    assert str(error.value) == "algorithm: found `gauss`; valid: clocked, jacobi, sequential"
 
 
 def test_an_algebraic_loop_is_shown_as_its_chain():
