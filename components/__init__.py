@@ -18,12 +18,16 @@ from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
 from components.vehicle.bicycle import Bicycle
 from components.vehicle.bicycle_saturated import BicycleSaturated
+from components.vehicle.commonroad import installed
+from components.vehicle.commonroad_mb import CommonroadMb
+from components.vehicle.commonroad_st import CommonroadSt
 from components.vehicle.stationary import Stationary
 
 CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     Bicycle,
     BicycleSaturated,
     Stationary,
+    *((CommonroadSt, CommonroadMb) if installed() else ()),
     RampTraffic,
     EmptyRoad,
     Mpc,
@@ -37,3 +41,5 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     Coast,
 )
 BLOCKS: Final = MappingProxyType({kind.name: kind for kind in CATALOGUE})
+EXTRAS: Final = MappingProxyType({kind.name: "commonroad" for kind in (CommonroadSt, CommonroadMb)})
+"""Blocks that are in the catalogue only when an extra of macrostep is installed, with the name of the extra."""

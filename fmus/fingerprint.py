@@ -83,8 +83,8 @@ def _package_folders() -> list[Path]:
 
 
 def _foreign_sources(block: type[Block[Any, Any, Any]]) -> list[str] | None:
-    """Digests of the files that define the block and its records, where they lie outside our packages."""
-    found: list[str] = []
+    """Digests of what defines the block and its records outside our packages: its own, and those of files."""
+    found: list[str] = [block.definition]
     for path in _defining_files(block):
         if path is None:
             return None

@@ -9,14 +9,14 @@ mirror those of MATLAB's fmincon where they are known (optimality 1e-6, quasi-Ne
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
-from typing_extensions import override
 
 from components.controller.active_set import Solution, residual_function
+from components.interfaces.callback import Callback
 from components.interfaces.maths import Array, is_symbolic
 from components.interfaces.record import pack
 from components.interfaces.staging import symbols
@@ -85,44 +85,20 @@ def sqp(given: _Given, z_start: Array, data: Array, tolerance: float) -> tuple[A
     return np.asarray(found.x), int(found.nit)
 
 
-class _Callback(ca.Callback):
-    """A search as a node of the equations: ``(z_start, data, tolerance) -> (z, iterations)``."""
-
-    def __init__(self, given: _Given, search: Search) -> None:
-        ca.Callback.__init__(self)
-        self._given, self._search = given, search
-        self.construct(search.__name__, {})
-
-    @override
-    def get_n_in(self) -> int:
-        return 3
-
-    @override
-    def get_n_out(self) -> int:
-        return 2
-
-    @override
-    def get_sparsity_in(self, i: int) -> Any:
-        return ca.Sparsity.dense((self._given.z.numel(), self._given.data.numel(), 1)[i], 1)
-
-    @override
-    def get_sparsity_out(self, i: int) -> Any:
-        return ca.Sparsity.dense((self._given.z.numel(), 1)[i], 1)
-
-    @override
-    def eval(self, arguments: Any) -> Any:
-        z_start, data, tolerance = (np.array(a).ravel() for a in arguments)
-        if not (np.isfinite(z_start).all() and np.isfinite(data).all()):
-            return [ca.DM.nan(z_start.size), 0]
-        z, iterations = self._search(self._given, z_start, data, float(tolerance[0]))
-        return [ca.DM(z), iterations]
+def _searched(given: _Given, search: Search, z_start: Array, data: Array, tolerance: Array) -> tuple[Array, int]:
+    """A search from plain numbers; none from what is not finite."""
+    if not (np.isfinite(z_start).all() and np.isfinite(data).all()):
+        return np.full(z_start.size, np.nan), 0
+    return search(given, z_start, data, float(tolerance[0]))
 
 
 @cache
 def _callback(  # noqa: PLR0913 - what makes two problems the same
     search: Search, cost: Any, bounds: Any, kind: type, dimensions: Any, n: int
-) -> _Callback:
-    return _Callback(_Given(cost, bounds, kind, dict(dimensions), n), search)
+) -> Callback:
+    """A search as a node of the equations: ``(z_start, data, tolerance) -> (z, iterations)``."""
+    given = _Given(cost, bounds, kind, dict(dimensions), n)
+    return Callback(search.__name__, partial(_searched, given, search), [n, given.data.numel(), 1], [n, 1])
 
 
 def minimise(  # noqa: PLR0913 - as `active_set.minimise`

@@ -48,6 +48,8 @@ class Block(ABC, Generic[U, X, Y]):
     """Whether the equations become C; blocks that call a library do not, and run in this process only."""
     staged: ClassVar[bool] = False
     """Whether parts of the equations become functions of their own in the generated C (see `staging`)."""
+    definition: ClassVar[str] = ""
+    """Of a block that is made of a file: the digest of what it was made from."""
 
     def __post_init__(self) -> None:
         raise_if_any(value_problems(self, self.name, self.dimensions()))

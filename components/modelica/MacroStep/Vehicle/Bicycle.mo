@@ -36,17 +36,18 @@ equation
   // (2)
   tyre.F_cf = -C_alpha_f*tyre.alpha_f;
   tyre.F_cr = -C_alpha_r*tyre.alpha_r;
-  // (1), with the accelerations of the centre of gravity on their own
+  // (1)
   F_xr = actuation.T_r/R_w;
-  m*motion.a_x = -2*(tyre.F_cf*sin(actuation.delta_f) - F_xr);
-  m*motion.a_y = 2*(tyre.F_cf*cos(actuation.delta_f) + tyre.F_cr);
-  I_z*motion.r_dot = 2*(l_f*tyre.F_cf - l_r*tyre.F_cr);
   der(state.x) = state.v_x*cos(state.psi) - state.v_y*sin(state.psi);
   der(state.y) = state.v_x*sin(state.psi) + state.v_y*cos(state.psi);
   der(state.psi) = state.r;
-  der(state.v_x) = motion.a_x + state.r*state.v_y;
-  der(state.v_y) = motion.a_y - state.r*state.v_x;
-  der(state.r) = motion.r_dot;
+  der(state.v_x) = state.r*state.v_y - 2/m*(tyre.F_cf*sin(actuation.delta_f) - F_xr);
+  der(state.v_y) = -state.r*state.v_x + 2/m*(tyre.F_cf*cos(actuation.delta_f) + tyre.F_cr);
+  der(state.r) = 2/I_z*(l_f*tyre.F_cf - l_r*tyre.F_cr);
+  // accelerations of the centre of gravity
+  motion.a_x = der(state.v_x) - state.r*state.v_y;
+  motion.a_y = der(state.v_y) + state.r*state.v_x;
+  motion.r_dot = der(state.r);
   // shares of the friction limit
   tyre.mu_f = abs(tyre.F_cf)/(mu*F_zf);
   tyre.mu_r = sqrt(tyre.F_cr^2 + F_xr^2)/(mu*F_zr);

@@ -1,0 +1,179 @@
+"""What the vehicles of the package commonroad-vehicle-models share: our actuation, a stop, and the integration.
+
+    v_delta = (delta_f - delta) / T_delta        a = 2 T_r / (m R_w)                                      (1)
+
+Their inputs are the velocity v_delta of the steering angle, which their own limits bound (0.4 rad/s), and the
+longitudinal acceleration a. A first-order servo turns our angle into the one; the drive force of two rear wheels gives
+the other, with the mass and the wheel radius of the parameter set.
+
+The models do not hold below standstill: a vehicle that brakes stops at v = 0, and stays until it is driven again.
+"""
+# pyright: basic
+# The package carries no types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from components.interfaces.block import Block
+from components.interfaces.buses import Motion, VehicleState
+from components.interfaces.callback import Callback
+from components.interfaces.maths import Array, is_symbolic, vector
+from components.interfaces.quantity import integer, quantity
+from components.interfaces.record import pack, record, size, unpack
+from components.interfaces.sockets import PlantInputs
+
+X = TypeVar("X")
+RELATIVE, ABSOLUTE = 1e-8, 1e-9
+"""Tolerances of the integration."""
+
+
+def installed() -> bool:
+    """Whether the package is there."""
+    return find_spec("vehiclemodels") is not None
+
+
+@record
+class CommonRoadOutputs:
+    """The buses that these vehicles show."""
+
+    state: VehicleState
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """A model of the package: its functions, and where in its state the speed, and what never turns back, stand."""
+
+    start: Callable[[Sequence[float], Any], Sequence[float]]
+    """``start([x, y, delta, v, psi, r, beta], parameters) -> x``"""
+    slope: Callable[[list[float], Sequence[float], Any], Sequence[float]]
+    """``slope(x, [v_delta, a], parameters) -> dx/dt``"""
+    n: int
+    speed: int
+    moving: tuple[int, ...]
+    """What is zero at standstill"""
+    wheels: tuple[int, ...] = ()
+    """Wheel speeds, which do not become negative"""
+
+
+@record
+class CommonRoadVehicle(Block[PlantInputs, X, CommonRoadOutputs]):
+    """The equations are calls of the package."""
+
+    native: ClassVar[bool] = False
+    staged: ClassVar[bool] = True
+
+    vehicle: int = integer("parameter set of the package: 1 Ford Escort, 2 BMW 320i, 3 VW Vanagon", min=1, max=3)
+    T_delta: float = quantity("s", "time constant of the steering servo", min=1e-3)
+    x_start: float = quantity("m", "initial position along the road")
+    y_start: float = quantity("m", "initial position across the road")
+    psi_start: float = quantity("rad", "initial yaw angle")
+    v_x_start: float = quantity("m/s", "initial longitudinal speed", min=0)
+    v_y_start: float = quantity("m/s", "initial lateral speed")
+    r_start: float = quantity("rad/s", "initial yaw rate")
+
+    @staticmethod
+    @abstractmethod
+    def dynamics() -> Dynamics:
+        """The model; this imports the package."""
+
+    @abstractmethod
+    def shown(self, x: X) -> VehicleState:
+        """The bus `state`."""
+
+    @abstractmethod
+    def moved(self, x: X, dx: X) -> Motion:
+        """The bus `motion`, from the state and its slope."""
+
+    def start(self) -> X:
+        """Straight wheels, and the speeds of the parameters."""
+        return self._state(self._called(_start, pack(self), sizes=(8,)))
+
+    def output(self, x: X, u: PlantInputs) -> CommonRoadOutputs:
+        """State and accelerations with the actuation of this instant."""
+        dx = self._state(self._called(_slope, pack(x), pack(u), pack(self), sizes=(self._n(), 2, 8)))
+        return CommonRoadOutputs(state=self.shown(x), motion=self.moved(x, dx))
+
+    def step(self, x: X, u: PlantInputs, h: float) -> X:
+        """Integrated by LSODA: wheels that turn slowly are stiff."""
+        sizes = (self._n(), 2, 8, 1)
+        return self._state(self._called(_step, pack(x), pack(u), pack(self), vector([h]), sizes=sizes))
+
+    def _n(self) -> int:
+        return size(self.state_type)
+
+    def _state(self, column: Array) -> X:
+        return unpack(self.state_type, column)
+
+    def _called(self, function: Callable[..., Array], *columns: Array, sizes: tuple[int, ...]) -> Array:
+        if any(map(is_symbolic, columns)):
+            return _callback(type(self), function, sizes, self._n())(*columns)
+        return function(self.dynamics(), *columns)
+
+
+@cache
+def _callback(kind: type[CommonRoadVehicle[Any]], function: Any, sizes: tuple[int, ...], n: int) -> Any:
+    return Callback(function.__name__.strip("_"), lambda *columns: [function(kind.dynamics(), *columns)], sizes, [n])
+
+
+@cache
+def _parameters(vehicle: int) -> Any:
+    """A parameter set of the package."""
+    from vehiclemodels.vehicle_parameters import setup_vehicle_parameters  # noqa: PLC0415 - an extra, and slow
+
+    return setup_vehicle_parameters(vehicle_id=vehicle)
+
+
+def _start(model: Dynamics, p: Array) -> Array:
+    vehicle, _, x, y, psi, v_x, v_y, r = p
+    core = [x, y, 0.0, float(np.hypot(v_x, v_y)), psi, r, float(np.arctan2(v_y, v_x))]
+    return np.array(model.start(core, _parameters(int(vehicle))), dtype=float)
+
+
+def _slope(model: Dynamics, x: Array, u: Array, p: Array) -> Array:
+    """dx/dt with our actuation; zero but for the steering where the vehicle stands; not a number where it has none."""
+    vehicle, T_delta = _parameters(int(p[0])), p[1]
+    v_delta, a = (u[0] - x[2]) / T_delta, 2 * u[1] / (vehicle.m * vehicle.R_w)  # (1)
+    try:
+        slope = np.array(model.slope(x.tolist(), (v_delta, a), vehicle))
+    except (ArithmeticError, ValueError):  # the package divides by speeds, and takes sines of what is not finite
+        return np.full(model.n, np.nan)
+    if x[model.speed] <= 0 and a <= 0:
+        slope = np.where(np.arange(model.n) == 2, slope, 0.0)  # noqa: PLR2004 - the steering angle
+    return slope
+
+
+def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
+    from scipy.integrate import solve_ivp  # noqa: PLC0415 - slow to import, and only this needs it
+
+    def slope(_: float, x: Array) -> Array:
+        found = _slope(model, x, u, p)
+        if not np.isfinite(found).all():
+            raise ArithmeticError
+        return found
+
+    def speed(_: float, x: Array) -> float:
+        return x[model.speed]
+
+    speed.terminal, speed.direction = True, -1  # type: ignore[attr-defined]
+    x, t, end = np.array(x), 0.0, float(h[0])
+    try:
+        while t < end:
+            run = solve_ivp(slope, (t, end), x, "LSODA", events=speed, rtol=RELATIVE, atol=ABSOLUTE)
+            x, t = run.y[:, -1], run.t[-1]
+            if not run.success:
+                return np.full(model.n, np.nan)
+            if run.status == 1:  # it has stopped
+                x[[model.speed, *model.moving]] = 0.0
+    except ArithmeticError:
+        return np.full(model.n, np.nan)
+    x[[model.speed, *model.wheels]] = np.maximum(x[[model.speed, *model.wheels]], 0.0)
+    return x

@@ -1,0 +1,1 @@
+"""Models written in Modelica become blocks: rumoca flattens them, CasADi carries their equations."""

@@ -1,0 +1,159 @@
+"""A Modelica model as a block: from there on it is built, checked and run like every other."""
+# pyright: basic
+# CasADi carries no types, and the records of a model are made while it is read.
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from components.interfaces.block import Block, Continuous, block
+from components.interfaces.problem import Problem, choices, raise_if_any
+from components.interfaces.quantity import Quantity, Type
+from components.interfaces.record import Variable, pack, record, unpack
+from components.interfaces.socket import Socket
+from components.interfaces.sockets import SOCKETS
+from components.interfaces.unit_strings import UNITS
+from fmus.modelica.explicit import Explicit, explicit
+from fmus.modelica.expressions import Expressions
+from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read
+
+
+@dataclass(frozen=True)
+class ModelicaBlock:
+    """A block made of a Modelica model, and the values that the model gives its parameters."""
+
+    block: type[Block[Any, Any, Any]]
+    start: Mapping[str, Any]
+
+
+def modelica_block(path: Path, model: str | None = None, socket: str | None = None) -> ModelicaBlock:
+    """The block of a Modelica file: of `model`, or of its only one, for `socket`, or for the one it fits best.
+
+    The block's name is the model's full name with underscores. It is integrated as all continuous blocks are.
+    Raises `RequestError` for a model that is no block, or that says what blocks cannot do.
+    """
+    flat = read(path, model)
+    solved = explicit(flat)
+    groups = [solved.parameters, solved.states, solved.inputs, solved.outputs]
+    raise_if_any(p for group in groups for p in _problems(group))
+    parameters, states = ([_variable(v, _own(v)) for v in group] for group in groups[:2])
+    inputs, outputs = ([_variable(v, v.name) for v in group] for group in groups[2:])
+    fitting = [SOCKETS[socket]] if socket else list(SOCKETS.values())
+    chosen = min(fitting, key=lambda s: len(s.problems("", inputs, outputs)))
+    raise_if_any(_placed(flat, chosen.problems(flat.name, inputs, outputs)))
+    made = _block(flat, solved, chosen, (inputs, states, outputs), parameters)
+    start = {_own(v): _number(v, v.binding) for v in solved.parameters if v.binding is not None}
+    return ModelicaBlock(made, start)
+
+
+def _placed(flat: FlatModel, problems: list[Problem]) -> list[Problem]:
+    """Problems of a socket, with the file that the model is in."""
+    return [dataclasses.replace(p, where=f"{flat.place}: {p.where}") for p in problems]
+
+
+def _problems(variables: Sequence[FlatVariable]) -> Iterator[Problem]:
+    owner: dict[str, str] = {}
+    for v in variables:
+        if v.unit not in UNITS:
+            yield Problem(v.place, f"`{v.name}` in `{v.unit}`", choices(UNITS), "Write it in one of these.")
+        if owner.setdefault(_own(v), v.name) != v.name:
+            yield Problem(v.place, f"`{v.name}` beside `{owner[_own(v)]}`", "names that differ without dots")
+
+
+def _own(v: FlatVariable) -> str:
+    """The name of a parameter or a state of the block: parameters of components lose their dots."""
+    return re.sub(r"\W+", "_", v.name).strip("_")
+
+
+def _variable(v: FlatVariable, name: str) -> Variable:
+    low, high = (None if bound is None else float(_number(v, bound, ())) for bound in (v.low, v.high))
+    return Variable(name, Quantity(v.unit, v.description, v.type, v.shape, low, high))
+
+
+def _number(v: FlatVariable, tree: Tree, shape: tuple[int, ...] | None = None) -> Any:
+    """The value of an expression of plain numbers, as a value of the variable. Raises `RequestError` for names."""
+    found = np.asarray(ca.DM(Expressions({}, {}).value(tree, v.place)), dtype=float).ravel()
+    shape = v.shape if shape is None else shape
+    if shape:
+        return np.resize(found, shape).tolist()
+    return {Type.BOOLEAN: bool, Type.INT32: int}.get(v.type, float)(found[0])
+
+
+def _block(
+    flat: FlatModel,
+    solved: Explicit,
+    socket: Socket,
+    buses: tuple[list[Variable], list[Variable], list[Variable]],
+    parameters: Sequence[Variable],
+) -> type[Block[Any, Any, Any]]:
+    """The class: its equations are the functions of the model."""
+    inputs, states, outputs = (_record(f"{flat.name}_{n}", vs) for n, vs in zip(("u", "x", "y"), buses, strict=True))
+
+    def evaluate(self: Any, x: Any, u: Any) -> tuple[Any, Any]:
+        return solved.evaluate(*(_argument(part) for part in (x, u, self)))
+
+    def start(self: Any) -> Any:
+        return unpack(states, _result(solved.start(_argument(self))))
+
+    def derivative(self: Any, x: Any, u: Any) -> Any:
+        return unpack(states, _result(evaluate(self, x, u)[0]))
+
+    def output(self: Any, x: Any, u: Any) -> Any:
+        return unpack(outputs, _result(evaluate(self, x, u)[1]))
+
+    name = flat.name.replace(".", "_")
+    body = {
+        "__doc__": f"{flat.summary}\n\nMade of the Modelica model {flat.name}.",
+        "__module__": __name__,
+        "definition": flat.definition,
+        "start": start,
+        "derivative": derivative,
+        "output": output,
+        **_fields(parameters),
+    }
+    made: Any = types.new_class(name, (Continuous[inputs, states, outputs],), {}, lambda n: n.update(body))
+    made = block(socket)(made)
+    made.name = name
+    return made
+
+
+def _argument(value: Any) -> Any:
+    """A record as a column, also when it is empty."""
+    column = pack(value)
+    return ca.DM(column) if isinstance(column, np.ndarray) else column
+
+
+def _result(column: Any) -> Any:
+    return np.asarray(column, dtype=float).ravel() if isinstance(column, ca.DM) else column
+
+
+def _record(name: str, variables: Sequence[Variable]) -> Any:
+    """A record class with these variables; dots make records within it."""
+    body = {"__doc__": name, "__module__": __name__, **_fields(variables)}
+    return record(type(name.replace(".", "_"), (), body))
+
+
+def _fields(variables: Sequence[Variable]) -> dict[str, Any]:
+    """The fields of a class, with their annotations."""
+    fields: dict[str, Any] = {}
+    annotations: dict[str, Any] = {}
+    groups: dict[str, list[Variable]] = {}
+    for v in variables:
+        first, _, rest = v.name.partition(".")
+        groups.setdefault(first, []).append(Variable(rest, v.quantity))
+    for name, members in groups.items():
+        if members[0].name:
+            annotations[name] = _record(name, members)
+        else:
+            annotations[name] = float
+            fields[name] = dataclasses.field(metadata={"quantity": members[0].quantity})
+    return {**fields, "__annotations__": annotations}

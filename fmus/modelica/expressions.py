@@ -1,0 +1,139 @@
+"""Expressions of a flat Modelica model as CasADi expressions: one column per variable."""
+# pyright: basic
+# CasADi carries no types, and rumoca's trees are plain dictionaries; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import casadi as ca
+
+from components.interfaces.problem import choices, refuse
+from fmus.modelica.flat import EXPLICIT, Tree
+
+_OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
+    **dict.fromkeys(("Add", "AddElem"), lambda a, b: a + b),
+    **dict.fromkeys(("Sub", "SubElem"), lambda a, b: a - b),
+    **dict.fromkeys(("Mul", "MulElem"), lambda a, b: a * b),
+    **dict.fromkeys(("Div", "DivElem"), lambda a, b: a / b),
+    **dict.fromkeys(("Exp", "ExpElem"), lambda a, b: a**b),
+    "Lt": lambda a, b: a < b,
+    "Le": lambda a, b: a <= b,
+    "Gt": lambda a, b: a > b,
+    "Ge": lambda a, b: a >= b,
+    "Eq": lambda a, b: a == b,
+    "Neq": lambda a, b: a != b,
+    "And": ca.logic_and,
+    "Or": ca.logic_or,
+}
+_OF_SCALARS: Final = ("Mul", "Div", "Exp")
+"""Operators that mean something else, or nothing, between two arrays."""
+_SIGNS: Final[Mapping[str, Callable[[Any], Any]]] = {"Plus": lambda a: a, "Minus": lambda a: -a, "Not": ca.logic_not}
+_FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
+    **{
+        name.capitalize(): getattr(ca, name)
+        for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")
+    },
+    **{name.capitalize(): getattr(ca, name) for name in ("log10", "sqrt", "sign")},
+    "Abs": ca.fabs,
+    "Min": ca.fmin,
+    "Max": ca.fmax,
+    "NoEvent": lambda a: a,
+    "Smooth": lambda _, a: a,
+    "Zeros": lambda n: ca.SX.zeros(_count(n)),
+    "Ones": lambda n: ca.SX.ones(_count(n)),
+    "Fill": lambda a, n: ca.repmat(a, _count(n), 1),
+}
+FUNCTIONS: Final = choices(sorted([*(name[0].lower() + name[1:] for name in _FUNCTIONS), "der"]))
+
+
+class Expressions:
+    """What every name means, and from that what every expression means.
+
+    Relations are evaluated where they stand, without events: `noEvent` and `smooth` change nothing.
+    """
+
+    def __init__(self, columns: Mapping[str, Any], derivatives: Mapping[str, Any]) -> None:
+        self._columns = columns
+        self._derivatives = derivatives
+
+    def value(self, tree: Tree, place: str) -> Any:
+        """The column of an expression; `place` is where its equation stands. Raises `RequestError`."""
+        ((kind, node),) = tree.items()
+        known: Mapping[str, Callable[[Any, str], Any]] = {
+            "Literal": _literal,
+            "VarRef": lambda n, p: _element(n, p, self._columns),
+            "Unary": lambda n, p: _SIGNS[n["op"]](self.value(n["rhs"], p)),
+            "Binary": self._binary,
+            "If": self._choice,
+            "Array": lambda n, p: ca.vertcat(*(self.value(item, p) for item in n["elements"])),
+            "BuiltinCall": self._call,
+        }
+        if kind == "FunctionCall":
+            raise refuse(place, f"the function `{node['name']['name']}`", FUNCTIONS, "Write its equations out.")
+        if kind not in known:
+            raise refuse(place, f"an expression of the kind `{kind}`", EXPLICIT)
+        return known[kind](node, place)
+
+    def _binary(self, node: Any, place: str) -> Any:
+        left, right = self.value(node["lhs"], place), self.value(node["rhs"], place)
+        if node["op"] not in _OPERATORS or (node["op"] in _OF_SCALARS and min(left.numel(), right.numel()) > 1):
+            raise refuse(place, f"the operator `{node['op']}` between arrays", EXPLICIT, "Try `.*`, `./` or `.^`.")
+        return _OPERATORS[node["op"]](left, right)
+
+    def _choice(self, node: Any, place: str) -> Any:
+        value = self.value(node["else_branch"], place)
+        for condition, then in reversed(node["branches"]):
+            value = ca.if_else(self.value(condition, place), self.value(then, place), value)
+        return value
+
+    def _call(self, node: Any, place: str) -> Any:
+        name = node["function"]
+        if name == "Der":
+            (argument,) = node["args"]
+            if "VarRef" not in argument:
+                raise refuse(place, "`der` of an expression", "der(x) of a variable x")
+            return _element(argument["VarRef"], place, self._derivatives)
+        arguments = [self.value(item, place) for item in node["args"]]
+        wanted = 1 if name in {"Min", "Max"} and len(arguments) == 1 else 0  # of all elements of an array
+        if name not in _FUNCTIONS or wanted:
+            called = name[0].lower() + name[1:]
+            raise refuse(place, f"the function `{called}`" + (" of an array" if wanted else ""), FUNCTIONS)
+        return _FUNCTIONS[name](*arguments)
+
+
+def _literal(node: Any, place: str) -> Any:
+    ((kind, value),) = node["value"].items()
+    if kind not in {"Real", "Integer", "Boolean"}:
+        raise refuse(place, f"the {kind} {value!r}", "numbers and Booleans")
+    return ca.SX(float(value))
+
+
+def _element(node: Any, place: str, columns: Mapping[str, Any]) -> Any:
+    name = node["name"]["name"]
+    if name == "time":
+        raise refuse(place, "`time`", EXPLICIT, "Add a state t with der(t) = 1.")
+    if name not in columns:
+        raise refuse(place, f"the name `{name}`", "a variable, a parameter or a constant of the model")
+    column = columns[name]
+    if not node["subscripts"]:
+        return column
+    index = node["subscripts"][0].get("Index", {}).get("value")
+    if not isinstance(index, int) or len(node["subscripts"]) > 1:
+        raise refuse(place, f"an index of `{name}` that is no number", EXPLICIT)
+    return column[index - 1]
+
+
+def _count(n: Any) -> int:
+    return int(n)
+
+
+def states_in(node: Any) -> set[str]:
+    """The names of all variables whose derivative occurs in a tree."""
+    if isinstance(node, dict):
+        call = node.get("BuiltinCall")
+        if call and call["function"] == "Der" and "VarRef" in call["args"][0]:
+            return {call["args"][0]["VarRef"]["name"]["name"]}
+        return set().union(*map(states_in, node.values()))
+    return set().union(*map(states_in, node)) if isinstance(node, list) else set()

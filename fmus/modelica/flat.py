@@ -1,0 +1,231 @@
+"""Modelica files, read, checked and flattened by rumoca; what our blocks cannot do is refused by file and line.
+
+We read rumoca's syntax tree of the flat model rather than the base-modelica text that is printed from it: the text
+leaves out `when` and `algorithm`, gives a parameter without a value the value 0, and has no line numbers.
+"""
+# pyright: basic
+# rumoca's trees are plain dictionaries; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import components.interfaces
+from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.quantity import Type
+
+Tree: TypeAlias = Mapping[str, Any]
+"""An expression: one key that says what it is, with its parts."""
+Role: TypeAlias = Literal["input", "output", "parameter", "dependent", "local"]
+
+_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32, "Boolean": Type.BOOLEAN}
+_LEFT_OUT = {
+    "when_chains": "a `when` equation",
+    "algorithms": "an `algorithm` section",
+    "initial_algorithms": "an `initial algorithm` section",
+    "assert_equations": "an `assert`",
+    "initial_assert_equations": "an `assert`",
+    "branches": "an overconstrained connection",
+}
+EXPLICIT = (
+    "equations that give one variable after the other: explicit, continuous, of scalars and one-dimensional arrays"
+)
+
+
+@dataclass(frozen=True)
+class FlatVariable:
+    """One variable of a flat model, an array as a whole."""
+
+    name: str
+    type: Type
+    shape: tuple[int, ...]
+    role: Role
+    """`dependent`: a constant, a protected or final parameter, or one that others give"""
+    unit: str
+    description: str
+    low: Tree | None
+    high: Tree | None
+    start: Tree | None
+    fixed: bool
+    binding: Tree | None
+    place: str
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Both sides of an equation, and the file and line where it stands."""
+
+    left: Tree
+    right: Tree
+    place: str
+
+
+@dataclass(frozen=True)
+class FlatModel:
+    """A model without classes: variables and equations only."""
+
+    name: str
+    summary: str
+    definition: str
+    """Digest of all texts that it was made from"""
+    place: str
+    variables: Mapping[str, FlatVariable]
+    equations: tuple[Equation, ...]
+    initial: tuple[Equation, ...]
+
+
+def library() -> Path:
+    """The Modelica package with the sockets, which every model may use."""
+    return Path(components.interfaces.__path__[0]).parent / "modelica" / "MacroStep"
+
+
+def read(path: Path, model: str | None = None) -> FlatModel:
+    """Flatten `model`, or the only model of the file. Raises `RequestError` for whatever is not supported, at once."""
+    if not path.is_file():
+        raise refuse(str(path), "no such file", "a Modelica file (.mo)")
+    compiled = _compiled(path, model)
+    flat, whole = compiled.to_dict("flat"), compiled.to_dict("dae")
+    places = _Places(whole["source_map"]["files"], str(path))
+    raise_if_any(_left_out(flat, places))
+    return FlatModel(
+        name=compiled.name,
+        summary=flat["model_description"] or compiled.name,
+        definition=_digest(compiled.name, whole["source_map"]["files"]),
+        place=str(path),
+        variables={v["name"]: _variable(v, flat, places) for v in flat["variables"].values()},
+        equations=tuple(_equations(flat["equations"], places)),
+        initial=tuple(_equations(flat["initial_equations"], places)),
+    )
+
+
+def _compiled(path: Path, model: str | None) -> Any:
+    try:
+        import rumoca  # noqa: PLC0415 - an extra, and large
+    except ImportError as error:
+        remedy = "Install macrostep[modelica]."
+        raise refuse(str(path), "a Modelica file, and no rumoca to read it", "rumoca", remedy) from error
+    try:
+        return rumoca.Session([str(library())]).load(str(path), model=model)
+    except rumoca.RumocaError as error:
+        raise _not_compiled(rumoca, path, model, str(error)) from error
+
+
+def _not_compiled(rumoca: Any, path: Path, model: str | None, said: str) -> Exception:
+    """What rumoca found wrong, with the line where it says so."""
+    told = [d.message for d in rumoca.validate(str(path)) if d.rule == "syntax-error"]
+    if told:
+        found = re.search(r"\u00d7 (?P<what>.+?)\n\s*\u256d\u2500\[(?P<file>.+):(?P<line>\d+):\d+\]", told[0])
+        where, what = (f"{path}:{found['line']}", found["what"]) if found else (str(path), told[0])
+        return refuse(where, f"text that is no Modelica ({what})", "a Modelica class")
+    first = re.sub(r"\s+", " ", said.partition("Related failures")[0]).strip()
+    if "Unable to infer model" in first:
+        choice = first.partition("Candidates: ")[2].rstrip(".")
+        return refuse(str(path), "several models", f"one of {choice}", f"Name it: {path}:MODEL.")
+    wanted = f" of `{model}`" if model else ""
+    return refuse(str(path), f"what rumoca cannot compile{wanted}: {first}", "a complete, balanced model")
+
+
+class _Places:
+    """Byte positions of rumoca's sources as file and line."""
+
+    def __init__(self, files: list[tuple[int, str, str]], otherwise: str) -> None:
+        self._texts = {source: (name, text.encode()) for source, name, text in files}
+        self._otherwise = otherwise
+
+    def __call__(self, node: Any) -> str:
+        """Where the first part of a tree that has a position stands."""
+        span = next(_spans(node), None)
+        if span is None or span["source"] not in self._texts:
+            return self._otherwise
+        name, text = self._texts[span["source"]]
+        return f"{name}:{text[: span['start']].count(bytes([10])) + 1}"
+
+
+def _spans(node: Any) -> Iterator[Mapping[str, Any]]:
+    if isinstance(node, dict):
+        for key in ("span", "source_span"):
+            if isinstance(node.get(key), dict) and "source" in node[key]:
+                yield node[key]
+        for part in node.values():
+            yield from _spans(part)
+    elif isinstance(node, list):
+        for part in node:
+            yield from _spans(part)
+
+
+def _left_out(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
+    if flat["is_partial"]:
+        yield Problem(
+            places(None), "a partial model", "a model that is complete", "Extend it, and fill what it leaves."
+        )
+    for key, words in _LEFT_OUT.items():
+        for item in flat[key]:
+            yield Problem(places(item), words, EXPLICIT)
+    for variable in flat["variables"].values():
+        where, name = places(variable), variable["name"]
+        kind = flat["variable_type_names"].get(name, "")
+        if kind not in _TYPES:
+            yield Problem(where, f"`{name}`, a variable of the type {kind}", "Real, Integer or Boolean")
+        if "Discrete" in variable["variability"]:
+            yield Problem(where, f"`{name}`, a discrete variable", EXPLICIT)
+        if len(variable["dims"]) > 1:
+            yield Problem(where, f"`{name}`, an array with {len(variable['dims'])} dimensions", EXPLICIT)
+        if not re.fullmatch(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", name):
+            yield Problem(where, f"the name {name}", "letters, digits and underscores")
+
+
+def _variable(raw: Mapping[str, Any], flat: Mapping[str, Any], places: _Places) -> FlatVariable:
+    name = raw["name"]
+    return FlatVariable(
+        name=name,
+        type=_TYPES[flat["variable_type_names"][name]],
+        shape=tuple(raw["dims"]),
+        role=_role(raw, flat),
+        unit=raw["unit"] or "1",
+        description=raw["description"] or name,
+        low=raw["min"],
+        high=raw["max"],
+        start=raw["start"],
+        fixed=bool(raw["fixed"] and raw["fixed"][0]),
+        binding=raw["binding"],
+        place=places(raw),
+    )
+
+
+def _role(raw: Mapping[str, Any], flat: Mapping[str, Any]) -> Role:
+    name = raw["name"]
+    first = name.partition(".")[0].partition("[")[0]
+    if "Constant" in raw["variability"]:
+        return "dependent"
+    if "Parameter" in raw["variability"]:
+        own = not (raw["is_protected"] or raw["evaluate"] or flat["variable_final_flags"].get(name))
+        return "parameter" if own and not _refers(raw["binding"]) else "dependent"
+    if "Input" in raw["causality"] and first in flat["top_level_input_components"]:
+        return "input"
+    at_top = "." not in name or first in (*flat["top_level_connectors"], *flat["record_instances"])
+    return "output" if "Output" in raw["causality"] and at_top and not raw["is_protected"] else "local"
+
+
+def _refers(node: Any) -> bool:
+    """Whether an expression names a variable."""
+    if isinstance(node, dict):
+        return "VarRef" in node or any(map(_refers, node.values()))
+    return isinstance(node, list) and any(map(_refers, node))
+
+
+def _equations(raw: list[Mapping[str, Any]], places: _Places) -> Iterator[Equation]:
+    for item in raw:
+        sides = item["residual"]["Binary"]  # rumoca writes every equation as left - right
+        yield Equation(sides["lhs"], sides["rhs"], places(item))
+
+
+def _digest(model: str, files: list[tuple[int, str, str]]) -> str:
+    digest = hashlib.sha256(model.encode())
+    for text in sorted(text for _, _, text in files):
+        digest.update(b"\0" + text.encode())
+    return digest.hexdigest()
