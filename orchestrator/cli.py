@@ -119,10 +119,14 @@ def _report(told: dict[str, Any], folder: Path) -> None:
 
 @app.command()
 def build(
+    models: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[FILE.mo]...", help="Modelica files to build instead; FILE.mo:MODEL for one of several."),
+    ] = None,
     fmi: Annotated[Fmi | None, typer.Option(help="Only this version of FMI; both if not given.")] = None,
     folder: Annotated[Path | None, typer.Option("--out", help="Where to write fmi2/ and fmi3/.")] = None,
 ) -> None:
-    """Build the FMUs of all blocks; what is up to date stays."""
+    """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here); what is up to date stays."""
     from components import BLOCKS  # noqa: PLC0415
     from fmus.version import Version  # noqa: PLC0415
     from orchestrator import scenario as scenarios  # noqa: PLC0415
@@ -130,6 +134,10 @@ def build(
     versions = [Version(int(fmi))] if fmi else list(Version)
     target = folder or scenarios.built_folder()
     with _working() as progress:
+        if models:
+            for path in scenarios.build_models(models, versions, folder or Path(), progress):
+                out.print(str(path))
+            return
         files = scenarios.ensure_built([b for b in BLOCKS.values() if b.native], versions, target, progress)
     out.print(f"{len(files)} FMUs in {target}/")
 

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import fmus
-from components import BLOCKS
+from components import BLOCKS, EXTRAS
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.record import Variable, variables
 from components.interfaces.sockets import SOCKETS
 from fmus.build import build_all
+from fmus.modelica.build import build_modelica, is_modelica
 from fmus.version import Version
 from orchestrator.parameters import (
     SCENARIOS,
@@ -100,8 +101,10 @@ def built_folder() -> Path:
 def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
     """A block of the catalogue, for a socket if one is named. Raises `RequestError`."""
     fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
+    if name in EXTRAS and name not in BLOCKS:
+        raise refuse(where, f"`{name}` without its extra", choices(fitting), f"Install macrostep[{EXTRAS[name]}].")
     if name not in BLOCKS:
-        remedy = did_you_mean(name, fitting) or "A file ends in .fmu."
+        remedy = did_you_mean(name, fitting) or "A file ends in .fmu or .mo."
         raise refuse(where, f"the unknown block `{name}`", choices(fitting), remedy)
     if name not in fitting:
         raise refuse(where, f"`{name}`, a block of the socket `{BLOCKS[name].socket.name}`", choices(fitting))
@@ -127,6 +130,19 @@ def ensure_built(
     return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
 
 
+def build_models(
+    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Callable[[str], None]
+) -> list[Path]:
+    """Build the FMUs of Modelica files: `FILE.mo`, or `FILE.mo:MODEL`. Raises `RequestError`."""
+    valid = "a Modelica file: FILE.mo, or FILE.mo:MODEL"
+    raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
+    found: list[Path] = []
+    for request in requests:
+        progress(f"building {request}")
+        found += [build_modelica(request, version, folder).path for version in versions]
+    return found
+
+
 def prepare(request: str, options: Options, progress: Callable[[str], None] = lambda _: None) -> Scenario:
     """Read a scenario, apply the options, build the FMUs it needs, and check everything. Raises `RequestError`."""
     name, content = read(request)
@@ -134,7 +150,12 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     remarks: list[str] = []
     parts: dict[str, Part] = {}
     for socket in SOCKETS:
-        parts[socket] = _replaced(socket, getattr(content, socket), options.replacements.get(socket), remarks)
+        part, wanted = getattr(content, socket), options.replacements.get(socket)
+        if wanted is not None:
+            wanted = _as_fmu(wanted, socket, options.mode, progress)
+        elif part.fmu is not None:
+            part = part.model_copy(update={"fmu": _as_fmu(part.fmu, socket, options.mode, progress)})
+        parts[socket] = _replaced(socket, part, wanted, remarks)
     kinds = {s: block_named(p.block, f"{name}: {s}.block", s) for s, p in parts.items() if p.block is not None}
 
     problems: list[Problem] = []
@@ -167,6 +188,15 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
         sources={**sources, **scene_sources, **given},
         remarks=tuple(remarks),
     )
+
+
+def _as_fmu(request: str, socket: str, mode: Mode, progress: Callable[[str], None]) -> str:
+    """The FMU of a Modelica file, built now; any other request as it is."""
+    if not is_modelica(request):
+        return request
+    progress(f"building {request}")
+    version = Version.FMI3 if mode == "blocks" else mode
+    return str(build_modelica(request, version, built_folder() / "modelica", socket).path)
 
 
 def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[str]) -> Part:
