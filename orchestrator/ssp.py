@@ -20,7 +20,7 @@ import numpy as np
 from lxml import etree
 
 from components.interfaces.conversion import IDENTITY, Linear, Transformation
-from components.interfaces.problem import refuse
+from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.ports import whole_name
@@ -58,6 +58,12 @@ def write(scenario: Scenario, path: Path) -> None:
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
             archive.writestr(info, files[name])
+
+
+def not_a_file(unit: str, source: Source) -> Problem:
+    """What is wrong with a unit that other tools cannot run."""
+    found = f"`{source.interface.kind}`, which only macrostep can run as it is"
+    return Problem(unit, found, "a block that becomes C, or an FMU that fits its socket", f"Choose it with --{unit}.")
 
 
 def _resource(system: System, unit: str) -> str:
@@ -125,7 +131,7 @@ def _transformation(parent: Element, transformation: Transformation, q: Quantity
     label = str(q.type) if q.type in {Type.BOOLEAN, Type.ENUMERATION} else "Integer"
     table = _add(parent, SSC, f"{label}MappingTransformation")
     for source, target in transformation.table.items():
-        _add(table, SSC, "MapEntry", source=_literal(source, q), target=_literal(target, q))
+        _add(table, SSC, "MapEntry", source=literal(source, q), target=literal(target, q))
 
 
 def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
@@ -190,7 +196,7 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
     elif isinstance(source, InProcess):
         kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
     else:
-        raise refuse(name, f"`{source.interface.kind}`, which is neither a file nor a block", "an FMU, or a block")
+        raise RequestError([not_a_file(name, source)])
     component = _add(parent, SSD, "Component", name=name, type=kind, source=where)
     connectors = _add(component, SSD, "Connectors")
     shown = _connectors(system, name, old=old)
@@ -211,7 +217,7 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
 def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
     label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
     made = _add(parent, space, label)
-    if _has_unit(q):
+    if has_unit(q):
         made.set("unit", q.unit)
     if q.type is Type.ENUMERATION and q.enumeration is not None:
         made.set("name", q.enumeration.__name__)
@@ -236,7 +242,7 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
         used.append(variable.quantity)
         value = np.asarray(source.parameters[variable.name])
         origin = scenario.sources.get(f"{name}.{variable.name}", {}).get("source", "")
-        texts = [_literal(element, variable.quantity) for element in value.ravel().tolist()]
+        texts = [literal(element, variable.quantity) for element in value.ravel().tolist()]
         labels = element_names(source, variable.name, "parameters", old=old)
         for label, text in zip(labels, texts if old else [" ".join(texts)], strict=True):
             parameter = _add(parameters, SSV, "Parameter", name=label)
@@ -249,7 +255,8 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
     return root
 
 
-def _literal(value: Any, q: Quantity) -> str:
+def literal(value: Any, q: Quantity) -> str:
+    """A value as XML writes it."""
     if q.type is Type.BOOLEAN:
         return "true" if value else "false"
     if q.type is Type.BINARY:
@@ -259,8 +266,8 @@ def _literal(value: Any, q: Quantity) -> str:
     return repr(float(value)) if q.type.is_float else str(value)
 
 
-def _has_unit(q: Quantity) -> bool:
-    """Whether SSP can say the unit: it wants the definition in base units."""
+def has_unit(q: Quantity) -> bool:
+    """Whether SSP and FMI can say the unit: they want its definition in base units."""
     return q.type.is_float and bool(q.unit) and q.base_unit is not None
 
 
@@ -276,16 +283,22 @@ def _enumerations(root: Element, quantities: list[Quantity]) -> None:
 
 
 def _units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
-    units = {q.unit: q.base_unit for q in quantities if _has_unit(q)}
-    if not units:
-        return
-    parent = _add(root, space, "Units")
+    if definitions := unit_definitions(quantities):
+        parent = _add(root, space, "Units")
+        for name, base in definitions.items():
+            _add(_add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
+
+
+def unit_definitions(quantities: Sequence[Quantity]) -> dict[str, dict[str, str]]:
+    """The attributes of `BaseUnit`, in SSP as in FMI, of every unit in use that has a meaning."""
+    units = {q.unit: q.base_unit for q in quantities if has_unit(q)}
+    found: dict[str, dict[str, str]] = {}
     for name, base in sorted(units.items(), key=lambda item: item[0]):
         if base is not None:
-            attributes = {b: str(n) for b, n in base.exponents.items()}
-            attributes |= {"factor": repr(base.factor)} if base.factor != 1 else {}
-            attributes |= {"offset": repr(base.offset)} if base.offset else {}
-            _add(_add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **attributes)
+            found[name] = {b: str(n) for b, n in base.exponents.items()}
+            found[name] |= {"factor": repr(base.factor)} if base.factor != 1 else {}
+            found[name] |= {"offset": repr(base.offset)} if base.offset else {}
+    return found
 
 
 def _add(parent: Element, space: str, label: str, /, **attributes: str) -> Element:

@@ -1,0 +1,273 @@
+"""A whole system as one FMU, with its FMUs inside: a container, made by the FMU manipulation toolbox.
+
+The container steps the FMUs itself, in C and without Python. `sequential` steps one FMU after another, each with what
+those before it have just shown: in the order of our schedule that is our schedule, without hidden delay. What a unit
+shows stays until it steps again: at t_k the container's outputs of plant and traffic are those at t_k, those of a
+controller are what it computed at t_{k-1}. `jacobi` sets all inputs, then steps all, and delays every connection by a
+step.
+
+Outputs and parameters have our names (`plant.state.x`, `plant.m`), held inputs are inputs with their value as start.
+Enumerations are integers in a container, and it gives no access to its state.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import re
+import shutil
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any, Final, cast
+
+import numpy as np
+from fmu_manipulation_toolbox.container import (  # pyright: ignore[reportMissingTypeStubs]
+    FMUContainer,
+    FMUContainerError,
+)
+from lxml import etree
+
+from components.interfaces.conversion import IDENTITY
+from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.quantity import Quantity, Type
+from components.interfaces.record import Variable
+from orchestrator.scenario import Scenario
+from orchestrator.schedule import Algorithm, schedule
+from orchestrator.ssp import element_names, has_unit, is_old, literal, not_a_file, unit_definitions
+from orchestrator.system import Fmu, System
+
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+_JACOBI: Final = "Export it with --algorithm jacobi."
+
+
+def write(scenario: Scenario, path: Path, algorithm: Algorithm = Algorithm.SEQUENTIAL) -> None:
+    """Write a scenario's system as one FMU; equal systems, equal bytes. Raises `RequestError`."""
+    system = scenario.system
+    raise_if_any(_problems(system, algorithm))
+    names = order(system, algorithm)
+    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, _heard() as errors:
+        try:
+            made = _container(scenario, Path(folder), names)
+            made.make_fmu("made.fmu", step_size=scenario.h, sequential=algorithm is Algorithm.SEQUENTIAL)
+        except FMUContainerError as error:
+            errors.append(str(error.reason))
+        if errors:
+            raise refuse(scenario.name, "; ".join(errors), "a system that the FMU manipulation toolbox puts together")
+        _repack(Path(folder) / "made.fmu", path, scenario)
+
+
+def order(system: System, algorithm: Algorithm) -> list[str]:
+    """The units in the order in which a container initialises and steps them. Raises `RequestError`.
+
+    Step by step, a late unit must read its sources before they step: it comes before those that are late too.
+    """
+    planned = schedule(system, algorithm)
+    if algorithm is Algorithm.JACOBI:
+        return list(planned.order)
+    late = [name for name in planned.order if name not in planned.early]
+    readers = {
+        name: [c.unit for c in system.connections if c.source == name and c.unit in late and c.unit != name]
+        for name in late
+    }
+    try:
+        return [*(n for n in planned.order if n in planned.early), *TopologicalSorter(readers).static_order()]
+    except CycleError as error:
+        units = ", ".join(dict.fromkeys(error.args[1]))
+        raise refuse(
+            units, "units that read each other at the same instant", "a container steps one after another", _JACOBI
+        ) from error
+
+
+def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
+    if algorithm is Algorithm.CLOCKED:
+        yield Problem("algorithm", "`clocked`, for which a container has no Event Mode", "sequential, jacobi")
+    for name, source in system.units.items():
+        if not isinstance(source, Fmu):
+            yield not_a_file(name, source)
+    versions = {n: s.archive.version for n, s in system.units.items() if isinstance(s, Fmu)}
+    if len(set(versions.values())) > 1:
+        told = ", ".join(f"{name} FMI {version}.0" for name, version in versions.items())
+        yield Problem("FMI versions", told, "one version for all units", "Export it with --fmi 2 or --fmi 3.")
+    for name, ratio in system.steps.items():
+        if ratio != 1:
+            yield Problem(f"step of `{name}`", f"{ratio} macro steps", "1: a container steps all units alike")
+    for wire in system.connections:
+        if wire.conversion != IDENTITY:
+            yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
+        if algorithm is Algorithm.SEQUENTIAL and _follows(system, wire.source, wire.output):
+            found = "an output that follows its unit's inputs at the same instant"
+            yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
+
+
+def _follows(system: System, unit: str, output: str) -> bool:
+    interface = system.units[unit].interface
+    row = [v.name for v in interface.outputs].index(output)
+    return interface.output_after_set and bool(interface.feedthrough[row].any())
+
+
+@contextmanager
+def _heard() -> Generator[list[str]]:
+    """What the toolbox logs: its errors are gathered, the rest stays unheard."""
+    log = logging.getLogger("fmu_manipulation_toolbox")
+    found: list[str] = []
+    handler = logging.Handler(logging.ERROR)
+    handler.emit = lambda record: found.append(record.getMessage())
+    before, log.propagate = log.propagate, False
+    log.addHandler(handler)
+    try:
+        yield found
+    finally:
+        log.removeHandler(handler)
+        log.propagate = before
+
+
+def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
+    """The toolbox's description of the system: FMUs, links, outputs, parameters and held inputs."""
+    system, old = scenario.system, is_old(scenario.system)
+    identifier = re.sub(r"\W", "_", f"_{scenario.name}" if scenario.name[:1].isdigit() else scenario.name)
+    made: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
+    made.start_time, made.stop_time = 0.0, scenario.until
+    for name in names:
+        _copy(cast(Fmu, system.units[name]), folder / f"{name}.fmu")
+        made.get_fmu(f"{name}.fmu")
+    for wire in system.connections:
+        starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
+        ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+        for start, end in zip(starts, ends, strict=True):
+            made.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
+    for name, source in system.units.items():
+        for variable in source.interface.outputs:
+            for element in element_names(source, variable.name, "outputs", old=old):
+                made.add_output(f"{name}.fmu", element, f"{name}.{element}")
+        _expose(made, system, name, "parameters", source.parameters)
+        _expose(made, system, name, "inputs", _held(system, name))
+    return made
+
+
+def _copy(source: Fmu, path: Path) -> None:
+    """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, which a container has not."""
+    if not source.interface.clocks:
+        shutil.copy(source.path, path)
+        return
+    with zipfile.ZipFile(source.path) as old, zipfile.ZipFile(path, "w") as new:
+        for entry in old.infolist():
+            content = old.read(entry)
+            if entry.filename == "modelDescription.xml":
+                root: Any = etree.fromstring(content)
+                for clock in root.findall("ModelVariables/Clock"):
+                    clock.getparent().remove(clock)
+                for variable in root.xpath("ModelVariables/*[@clocks]"):
+                    del variable.attrib["clocks"]
+                root.find("CoSimulation").attrib.pop("hasEventMode", None)
+                content = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
+            new.writestr(entry, content)
+
+
+def _expose(made: Any, system: System, name: str, role: str, values: Mapping[str, Any]) -> None:
+    """Variables of a unit that stay open, each with its value as start."""
+    source, old = system.units[name], is_old(system)
+    structural = set(cast(Fmu, source).archive.structural)
+    variables: list[Variable] = [v for v in getattr(source.interface, role) if role == "parameters" or v.name in values]
+    for variable in variables:
+        if variable.name in structural:
+            continue
+        given = np.ravel(values[variable.name]).tolist() if variable.name in values else []
+        texts = [_text(x, variable.quantity) for x in given]
+        elements = element_names(source, variable.name, role, old=old)
+        for i, element in enumerate(elements):
+            made.add_input(f"{name}.{element}", f"{name}.fmu", element)
+            if texts:
+                made.add_start_value(f"{name}.fmu", element, texts[i] if old else " ".join(texts))
+
+
+def _text(value: Any, q: Quantity) -> str:
+    return str(int(value)) if q.type is Type.ENUMERATION else literal(value, q)
+
+
+def _repack(made: Path, path: Path, scenario: Scenario) -> None:
+    """Write the container with a description that is whole, and the same whenever it is made."""
+    with zipfile.ZipFile(made) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    configuration = files["resources/container.txt"].decode()
+    files["resources/container.txt"] = _whole_starts(configuration, scenario.system).encode()
+    files["modelDescription.xml"] = _description(files, scenario)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, files[name])
+
+
+def _whole_starts(configuration: str, system: System) -> str:
+    """The toolbox's configuration with all values of Boolean arrays, of which it writes one."""
+    lines, unit = configuration.split("\n"), ""
+    for i, line in enumerate(lines):
+        if line.startswith("#"):
+            found = re.match(r"# Start values of (.+)\.fmu - boolean", line)
+            unit = found[1] if found else ""
+        elif unit and len(words := line.split()) == len(("reference", "size", "reset", "value")) and int(words[1]) > 1:
+            source = cast(Fmu, system.units[unit])
+            name = next(n for n, references in source.archive.references.items() if references == [int(words[0])])
+            values = {**source.parameters, **_held(system, unit)}[name]
+            lines[i] = " ".join([*words[:3], *(str(int(v)) for v in np.ravel(values))])
+    return "\n".join(lines)
+
+
+def _held(system: System, unit: str) -> dict[str, Any]:
+    return {path.removeprefix(f"{unit}."): v for path, v in system.held.items() if path.startswith(f"{unit}.")}
+
+
+def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:
+    """The toolbox's model description with units and a fixed token, without its author and its doubled variables."""
+    root: Any = etree.fromstring(files["modelDescription.xml"])
+    variables = root.find("ModelVariables")
+    for local in variables.xpath("*[@causality='local']"):  # every link once more, under the name of its output
+        variables.remove(local)
+    positions = {v.get("name"): str(i) for i, v in enumerate(variables, start=1)}
+    outputs = [v.get("name") for v in variables if v.get("causality") == "output"]
+    for section in root.xpath("ModelStructure/Outputs | ModelStructure/InitialUnknowns"):
+        for unknown, name in zip(section, outputs, strict=True):
+            unknown.set("index", positions[name])
+    _complete(root, variables, _quantities(scenario.system))
+    for attribute in ("author", "copyright", "license", "generationDateAndTime"):
+        root.attrib.pop(attribute, None)
+    root.set("modelName", scenario.name)
+    root.set("description", scenario.title or f"the system `{scenario.name}` in one FMU")
+    content = b"".join(files[name] for name in sorted(files) if name != "modelDescription.xml")
+    token = "guid" if is_old(scenario.system) else "instantiationToken"
+    root.set(token, str(uuid.uuid5(uuid.NAMESPACE_OID, f"{scenario.name} {hashlib.sha256(content).hexdigest()}")))
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _complete(root: Any, variables: Any, quantities: Mapping[str, Quantity]) -> None:
+    """Add the units, and write start values of arrays as FMI wants them."""
+    for variable in variables:
+        quantity = quantities.get(str(variable.get("name")))
+        if quantity is not None and has_unit(quantity):
+            (variable[0] if variable.tag == "ScalarVariable" else variable).set("unit", quantity.unit)
+        start = None if variable.tag in {"String", "Binary"} else variable.find("Start")
+        if start is not None:
+            variable.set("start", start.get("value"))
+            variable.remove(start)
+    definitions = etree.Element("UnitDefinitions")
+    for name, base in unit_definitions(list(quantities.values())).items():
+        etree.SubElement(etree.SubElement(definitions, "Unit", name=name), "BaseUnit", base)
+    if len(definitions):
+        root.find("CoSimulation").addnext(definitions)
+
+
+def _quantities(system: System) -> dict[str, Quantity]:
+    """What every variable of the container is, by name."""
+    old = is_old(system)
+    return {
+        f"{name}.{element}": variable.quantity
+        for name, source in system.units.items()
+        for role in ("inputs", "outputs", "parameters")
+        for variable in getattr(source.interface, role)
+        for element in element_names(source, variable.name, role, old=old)
+    }
