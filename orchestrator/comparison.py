@@ -73,7 +73,7 @@ def _differences(name: str, columns: Sequence[str], first: Rows, other: Rows) ->
 def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Series:
     units = {c: s.variable.quantity.unit for s in picture.signals for c in s.columns}
     contents = [entity("difference", name, column) for name in names[1:]]
-    return screen.Series(f"What differs? {column} [{units[column]}] less that of {names[0]}", contents, legend=True)
+    return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents, legend=True)
 
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[Rows]) -> list[str]:

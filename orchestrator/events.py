@@ -120,11 +120,11 @@ class Log:
                 yield Event(int(row), text, level)
 
     def _limit(self, columns: Columns) -> Iterator[Event]:
-        for limit in (x for x in self._limits if columns.has(x.signal)):
+        for limit in (x for x in self._limits if x.binds and columns.has(x.signal)):
             values, side = columns.of(limit.signal), np.sign(limit.value)
             holds = side * values >= side * limit.value * _AT_LIMIT
             for row in self._memory.begins(f"limit {limit.signal} {limit.label}", holds & (limit.value != 0)):
-                yield Event(int(row), f"limit active: {limit.label.partition(' ')[0]} = {limit.value:.4g}", "WARN")
+                yield Event(int(row), _limit_text(limit), "WARN")
 
     def _near(self, columns: Columns, boxes: Boxes) -> Iterator[Event]:
         ego = columns.bus(self._who.plant, "state", "x", "y", "psi")
@@ -154,6 +154,12 @@ class Log:
         gap = np.minimum(self._scene.y_left - y.max(axis=1), y.min(axis=1) - self._scene.y_right)
         for row in self._memory.begins("edge", gap < 0):
             yield Event(int(row), f"off the road by {-gap[row]:.2f} m", "ERROR")
+
+
+def _limit_text(limit: Limit) -> str:
+    unit = limit.label.partition("[")[2].rstrip("]")
+    text = f"limit active: {limit.signal.rpartition('.')[2]} at {limit.value:.4g}"
+    return text if unit in {"", "1"} else f"{text} {unit}"
 
 
 def _plan_text(plan: Array) -> str:

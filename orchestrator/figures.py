@@ -57,7 +57,7 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     """Draw what there is to draw into `folder`, and name the files."""
     columns, who = Columns(frame, pictures.signals(system)), pictures.cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}
-    plots = layout.questions(system)
+    plots = [plot for found in layout.questions(system).values() for plot in found]
     for name, endings in _FILES:
         made[name] = _series(columns, [p for p in plots if any(p.signals[0].endswith(f".{e}") for e in endings)])
     made["path_error"] = _path_error(columns, who)
@@ -184,7 +184,7 @@ def _series(columns: Columns, plots: list[Plot]) -> Figure | None:
                 fontsize=8,
                 color=_LIMIT,
             )
-        axes.set_ylabel(plot.quantity, fontsize=9)
+        axes.set_ylabel(plot.title, fontsize=9)
         if len(shown) > 1:
             axes.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, borderpad=0)
     return _finished(figure, panels)

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from orchestrator.pictures import cast, signals
 from orchestrator.system import System
+
+QUESTIONS: Final = (
+    DID := "What did it do?",
+    FELT := "What did it feel?",
+    HARD := "How hard was it?",
+    FAST := "How fast was it?",
+)
 
 
 @dataclass(frozen=True)
@@ -17,6 +24,8 @@ class Limit:
     signal: str
     label: str
     value: float
+    binds: bool = True
+    """Whether reaching it is worth a line in the log; a desired value is only drawn"""
 
 
 @dataclass(frozen=True)
@@ -27,14 +36,23 @@ class Plot:
     signals: tuple[str, ...]
     limits: tuple[Limit, ...] = ()
 
-    @property
-    def quantity(self) -> str:
-        """The title without its question: what is on the vertical axis."""
-        return self.title.rpartition("? ")[2]
+    def split(self, limits: Sequence[Limit]) -> list[Plot]:
+        """One plot per signal, each with its own `limits`."""
+        if len(self.signals) == 1:
+            return [self]
+        title, _, unit = self.title.rpartition(" [")
+        return [
+            Plot(
+                f"{title} {path.rpartition('.')[2]} [{unit}",
+                (path,),
+                tuple(limit for limit in limits if limit.signal == path),
+            )
+            for path in self.signals
+        ]
 
 
 def limits(system: System) -> list[Limit]:
-    """The limits that the controller's parameters give, and the friction limit where its use is known."""
+    """The limits and desired values that the controller's parameters give, and the friction limit."""
     who = cast(system)
     given, known = parameter_values(system, who.controller), {s.path for s in signals(system)}
     wanted = [
@@ -48,30 +66,38 @@ def limits(system: System) -> list[Limit]:
         for path, name, unit, sign in wanted
         if name in given and path in known
     ]
-    friction = f"{who.plant}.tyre.mu_f"
-    return [*found, Limit(friction, "limit [1]", 1.0)] if friction in known else found
+    found += [Limit(path, "limit [1]", 1.0) for n in "fr" if (path := f"{who.plant}.tyre.mu_{n}") in known]
+    speed = f"{who.plant}.state.v_x"
+    if "v_ref" in given and speed in known:
+        found.append(Limit(speed, "v_ref [m/s]", float(given["v_ref"]), binds=False))
+    return found
 
 
-def questions(system: System) -> list[Plot]:
-    """What did it do, what did it feel, how hard was it, how fast; two rows of one column each.
-
-    What the system does not have is left out.
-    """
+def questions(system: System) -> dict[str, list[Plot]]:
+    """The plots that answer each of `QUESTIONS`; what the system does not have is left out."""
     who = cast(system)
-    wanted = [
-        ("What did it do? Steering delta_f [rad]", who.controller, ["actuation.delta_f"]),
-        ("What did it feel? Yaw rate r [rad/s]", who.plant, ["state.r"]),
-        ("How hard was it? Share of friction limit [1]", who.plant, ["tyre.mu_f", "tyre.mu_r"]),
-        ("How fast was it? Speed v_x [m/s]", who.plant, ["state.v_x"]),
-        ("What did it do? Torque T_r [N.m]", who.controller, ["actuation.T_r"]),
-        ("What did it feel? Acceleration [m/s2]", who.plant, ["motion.a_x", "motion.a_y"]),
-    ]
-    known, held = {s.path for s in signals(system)}, limits(system)
-    found: list[Plot] = []
-    for title, unit, names in wanted:
-        paths = tuple(path for name in names if (path := f"{unit}.{name}") in known)
-        if paths:
-            found.append(Plot(title, paths, tuple(limit for limit in held if limit.signal in paths)))
+    wanted = {
+        DID: [
+            ("Steering delta_f", who.controller, "actuation.delta_f"),
+            ("Torque T_r", who.controller, "actuation.T_r"),
+        ],
+        FELT: [
+            ("Yaw rate r", who.plant, "state.r"),
+            ("Acceleration", who.plant, "motion.a_x", "motion.a_y"),
+        ],
+        HARD: [("Share of friction limit", who.plant, "tyre.mu_f", "tyre.mu_r")],
+        FAST: [("Speed v_x", who.plant, "state.v_x")],
+    }
+    known, held = {s.path: s for s in signals(system)}, limits(system)
+    found: dict[str, list[Plot]] = {}
+    for question, plots in wanted.items():
+        for title, unit, *names in plots:
+            paths = tuple(path for name in names if (path := f"{unit}.{name}") in known)
+            if paths:
+                quantity = f"{title} [{known[paths[0]].variable.quantity.unit}]"
+                drawn = {(limit.label, limit.value): limit for limit in reversed(held) if limit.signal in paths}
+                plot = Plot(quantity, paths, tuple(drawn.values()))
+                found.setdefault(question, []).append(plot)
     return found
 
 

@@ -8,7 +8,8 @@ from one tick to the next is sent once: the viewer shows the latest value.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import time as clock
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from rerun.chunk import RrdReader
+from rerun.experimental import ViewerClient
 
 from orchestrator import pages, palette
 from orchestrator import screen as screens
@@ -115,6 +117,56 @@ def read_series(path: Path) -> dict[str, tuple[NDArray[np.int64], NDArray[np.flo
         ticks, first = np.unique(np.concatenate([ticks for ticks, _ in chunks]), return_index=True)
         found[entity] = ticks, np.concatenate([values for _, values in chunks])[first]
     return found
+
+
+def screenshots(url: str, recording: Path, times: Sequence[float | None]) -> Iterator[bytes]:
+    """Open a recording in the viewer at `url`, and give a PNG of the whole window at each time [s].
+
+    Raises `ConnectionError` when the viewer does not answer.
+    """
+    try:
+        viewer = _patiently(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN)
+        _patiently(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN)
+        _patiently(lambda: _loaded(viewer), _ANSWERS_WITHIN)
+        for time in times:
+            if time is not None:
+                viewer.set_time("sim_time", duration=time, play_state="paused")
+            yield _still_picture(viewer)
+    except (RuntimeError, OSError) as error:
+        raise ConnectionError(str(error).partition("\n")[0]) from error
+
+
+def _patiently(action: Callable[[], Any], seconds: float) -> Any:
+    """The result of an action that may fail for a while."""
+    deadline = clock.monotonic() + seconds
+    while True:
+        try:
+            return action()
+        except (RuntimeError, OSError):
+            if clock.monotonic() > deadline:
+                raise
+            clock.sleep(0.1)
+
+
+def _loaded(viewer: ViewerClient) -> None:
+    state = viewer.get_state()
+    if not state.recordings or state.loading or not state.views:
+        raise RuntimeError("the viewer does not load the recording")
+
+
+def _still_picture(viewer: ViewerClient) -> bytes:
+    """A picture that is the same as the one before: all views are drawn."""
+    deadline, last = clock.monotonic() + _DRAWS_WITHIN, b""
+    while True:
+        clock.sleep(0.3)
+        picture = viewer.take_screenshot()
+        if picture == last or clock.monotonic() > deadline:
+            return picture
+        last = picture
+
+
+_ANSWERS_WITHIN, _DRAWS_WITHIN = 30.0, 10.0
+"""[s]"""
 
 
 def send_shapes(
@@ -215,7 +267,7 @@ def _car(car: s.Car) -> list[tuple[str, Any]]:
         half_sizes=[half],
         centers=[[0, 0, half[2]]],
         colors=car.colour,
-        fill_mode="solid",
+        fill_mode="TransparentFillMajorWireframe" if car.shared else "solid",
         labels=[car.label] if car.label else None,
     )
     arrow = rr.Arrows3D(
@@ -262,7 +314,7 @@ def _view(view: screens.View) -> Any:
         case screens.Timeline():
             made = rrb.StateTimelineView(origin=view.origin, name=view.title)
         case screens.Log():
-            made = rrb.TextLogView(origin=view.origin, name=view.title, columns=_log_columns(view))
+            made = rrb.TextLogView(origin=view.origin, name=view.title, columns=_log_columns())
         case screens.Document():
             made = rrb.TextDocumentView(origin=view.origin, name=view.title)
     return made
@@ -293,11 +345,10 @@ def _scenery(view: screens.Scenery) -> rrb.View:
     )
 
 
-def _log_columns(view: screens.Log) -> rrb.TextLogColumns:
-    kinds = ("LogLevel", "EntityPath", "Body") if view.named else ("LogLevel", "Body")
+def _log_columns() -> rrb.TextLogColumns:
     return rrb.TextLogColumns(
         timeline_columns=[TimelineColumn("sim_time")],
-        text_log_columns=[TextLogColumn(kind) for kind in kinds],
+        text_log_columns=[TextLogColumn(kind) for kind in ("LogLevel", "Body")],
     )
 
 

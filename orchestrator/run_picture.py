@@ -86,12 +86,12 @@ class RunPicture:
         return entity(root, self.run, *parts)
 
     def _lines(self, at: str, names: list[str], first: int = 0) -> SeriesStyle:
-        """In a comparison all series of a run have its colour, the later ones of a group in paler tones."""
+        """In a comparison all series of a run have its colour; what they show is the title of their view."""
         if self._colour is None:
             colours = [palette.SERIES[(first + i) % len(palette.SERIES)] for i in range(len(names))]
             return SeriesStyle(entity=at, names=names, colours=colours)
-        own = palette.paler(self._colour, 0.5) if first % 2 else self._colour
-        return SeriesStyle(entity=at, names=[f"{name}  {self.run}" for name in names], colours=[own] * len(names))
+        told = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
+        return SeriesStyle(entity=at, names=told, colours=[self._colour] * len(names))
 
     def _series_styles(self) -> Iterator[Style]:
         seen: Counter[str] = Counter()
@@ -130,10 +130,11 @@ class RunPicture:
             at = self._at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
+        said = f"{self.run}: " if self.run else ""
         if happened := self._log.of(columns, boxes):
             yield Messages(
                 entity=self._at("events"),
                 rows=np.array([event.row for event in happened]),
-                texts=[event.text for event in happened],
+                texts=[f"{said}{event.text}" for event in happened],
                 levels=[event.level for event in happened],
             )

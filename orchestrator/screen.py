@@ -7,7 +7,7 @@ says where the runs come from. What the runs do not have is left out.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
 from orchestrator import friction, layout
@@ -63,11 +63,10 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Log:
-    """Lines of a log; `named` tells where each comes from."""
+    """Lines of a log."""
 
     title: str
     origin: str
-    named: bool = False
 
 
 @dataclass(frozen=True)
@@ -128,7 +127,7 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
         ]
     if circles:
         trails = [entity("friction", run.run, "past") for run in circles]
-        title = "Friction circles: driving up, force to the left on the left"
+        title = "Friction circles, limit = 1"
         views.append(Plane(title, "/friction", 2 * friction.APART, 1.6, trails, 2.0))
     if not views:
         return None
@@ -137,29 +136,39 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
 
 def _answers(runs: Sequence[RunPicture], differences: Sequence[Series]) -> View:
     """Series grouped by question, a column each; then what happened."""
-    questions = _joined([(run, layout.questions(run.system)) for run in runs], always=len(runs) > 1)
-    columns: dict[str, list[View]] = {}
-    for view in questions:
-        columns.setdefault(view.title.partition("?")[0], []).append(view)
-    erring = [run for run in runs if layout.has_path_error(run.system)]
+    several = len(runs) > 1
+    columns: dict[str, list[View]] = {question: [] for question in layout.QUESTIONS}
+    for question, plots in _by_question(runs).items():
+        columns[question] += _joined(plots)
+    erring = [entity("derived", run.run, "path_error") for run in runs if layout.has_path_error(run.system)]
     if erring:
-        contents = [entity("derived", run.run, "path_error") for run in erring]
-        path_error = Series("How hard was it? Path error [m], left positive", contents)
-        columns.setdefault("How hard was it", []).append(path_error)
-    times = [entity("performance", run.run, "step_time") for run in runs]
-    columns.setdefault("How fast was it", []).append(
-        Series(f"How fast was it? Wall time per step [{MICROSECONDS}]", times)
-    )
-    happened: list[View] = [Timeline("When was what? Modes and solver status", "/states")]
-    if differences:
-        columns["difference"] = [*differences]
-    happened.append(Log("When was what? Events", "/events", named=len(runs) > 1))
-    columns["When"] = happened
-    return Group("row", [Group("column", views) for views in columns.values()])
+        columns[layout.HARD].append(Series("Path error [m], left positive", erring, several))
+    if several:
+        columns[layout.FAST] += differences
+    else:
+        times = [entity("performance", "step_time")]
+        columns[layout.FAST].append(Series(f"Wall time per step [{MICROSECONDS}]", times))
+    columns["When was what?"] = [Timeline("Modes and solver status", "/states"), Log("Events", "/events")]
+    asked = [
+        Group("column", [replace(views[0], title=f"{question} {views[0].title}"), *views[1:]])
+        for question, views in columns.items()
+        if views
+    ]
+    return Group("row", asked, [1] * (len(asked) - 1) + [1.3])
 
 
-def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, always: bool = False) -> list[Series]:
-    """The plots of all runs, those with the same title in one view; `always` with a legend if it is short."""
+def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:
+    """The plots of each question, run by run; in a comparison one signal each, so that a colour is a run."""
+    found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
+    for run in runs:
+        for question, plots in layout.questions(run.system).items():
+            own = plots if len(runs) == 1 else [one for plot in plots for one in plot.split(run.limits)]
+            found.setdefault(question, []).append((run, own))
+    return found
+
+
+def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]]) -> list[Series]:
+    """The plots of all runs, those with the same title in one view; with a legend if that is short."""
     contents: dict[str, list[str]] = {}
     series: dict[str, int] = {}
     for run, found in plots:
@@ -168,5 +177,6 @@ def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, always: bool 
             entities = [entity("signals", run.run, *path.split(".")) for path in plot.signals]
             limits = [entity(layout.limit_parts(x)[0], run.run, *layout.limit_parts(x)[1:]) for x in plot.limits]
             contents.setdefault(plot.title, []).extend([*entities, *limits])
-            series[plot.title] = series.get(plot.title, 0) + sum(sizes[path] for path in plot.signals)
-    return [Series(title, parts, always or 1 < series[title] <= _LEGEND_AT_MOST) for title, parts in contents.items()]
+            crowd = _LEGEND_AT_MOST * len(plot.limits) if run.run else 0  # limits would hide the runs
+            series[plot.title] = series.get(plot.title, 0) + sum(sizes[path] for path in plot.signals) + crowd
+    return [Series(title, parts, 1 < series[title] <= _LEGEND_AT_MOST) for title, parts in contents.items()]

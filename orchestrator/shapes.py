@@ -169,6 +169,8 @@ class Car(Style):
     height: float
     colour: Colour
     label: str = ""
+    shared: bool = False
+    """Whether others may stand in the same place, to be seen through it"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,16 +14,36 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator import kept_run
 from orchestrator.kept_run import KeptRun
 
-_LOOPBACK = "127.0.0.1"
+LOOPBACK = "127.0.0.1"
 
 
-def show(requests: Sequence[Path], differences: Sequence[str], tell: Callable[[str], None], *, web: bool) -> None:
-    """Open one run, or several in one picture, and come back when the viewer is closed. Raises `RequestError`."""
+def show(  # noqa: PLR0913 - one parameter per option of the command
+    requests: Sequence[Path],
+    differences: Sequence[str],
+    tell: Callable[[str], None],
+    *,
+    web: bool = False,
+    picture: Path | None = None,
+    times: Sequence[float] = (),
+) -> None:
+    """Open one run, or several in one picture, and come back when the viewer is closed.
+
+    With `picture` write PNG files of it instead, at the `times` [s] of the run. Raises `RequestError`.
+    """
     runs = _found(requests, differences)
-    if not web:
+    if times and picture is None:
+        raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
+    if not web and picture is None:
         _check_display()
     with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:
-        open_viewer(recording(runs, differences, Path(scratch), tell), web=web)
+        path = recording(runs, differences, Path(scratch), tell)
+        if picture is None:
+            open_viewer(path, web=web)
+            return
+        from orchestrator.photograph import write_pictures  # noqa: PLC0415 - it builds on this file
+
+        for made in write_pictures(path, picture, times):
+            tell(str(made))
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
@@ -68,7 +88,7 @@ def program() -> str:
 def open_viewer(path: Path, *, web: bool) -> None:
     """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
     chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
-    command = [program(), "--bind", _LOOPBACK, "--port", "auto", *chosen, str(path)]
+    command = [program(), "--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603 - our own program
     said: list[str] = []
     try:
@@ -87,7 +107,7 @@ def open_viewer(path: Path, *, web: bool) -> None:
         raise refuse("Rerun viewer", found, "a machine with a display and a graphics driver", _REMEDY)
 
 
-_REMEDY = "In the browser: macrostep show --web RUN"
+_REMEDY = "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"
 
 
 def _check_display() -> None:

@@ -59,6 +59,7 @@ class World:
                     height=height,
                     colour=own or palette.EGO,
                     label=self._run or "ego",
+                    shared=own is not None,
                 )
             yield PointStyle(entity=self._at("trail"), size=0.15, of_world=True, colour=own)
         if "obstacles" in buses:

@@ -93,7 +93,7 @@ def test_known_limits_are_those_of_the_controllers_parameters(static):
 
 def test_questions_without_an_answer_are_not_asked():
     plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
-    assert layout.questions(plain) == []
+    assert layout.questions(plain) == {}
     assert layout.limits(plain) == []
     assert not layout.has_path_error(plain)
     assert [(plot.title, len(plot.signals)) for plot in layout.buses(plain)] == [

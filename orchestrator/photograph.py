@@ -1,0 +1,64 @@
+"""Pictures of a recording as the real viewer shows it, without a screen.
+
+Needs a Vulkan driver, also one in software (Debian: mesa-vulkan-drivers, libvulkan1).
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from components.interfaces.problem import refuse
+from orchestrator.viewer import LOOPBACK, program
+
+_ENDS_WITHIN = 10.0
+"""[s]"""
+
+
+def photograph(recording: Path, times: Sequence[float | None]) -> list[bytes]:
+    """One PNG for each of the `times` [s] on the timeline `sim_time`; None is where the viewer opens.
+
+    Raises `RequestError` where there is no viewer or no graphics driver.
+    """
+    from orchestrator.rerun_stream import screenshots  # noqa: PLC0415 - Rerun is slow to import
+
+    try:
+        with headless_viewer() as url:
+            return list(screenshots(url, recording, times))
+    except ConnectionError as error:
+        remedy = "Debian: apt-get install mesa-vulkan-drivers libvulkan1"
+        raise refuse(
+            "Rerun viewer", f"no picture ({error})", "a graphics driver, if only in software", remedy
+        ) from error
+
+
+def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> list[Path]:
+    """Write `picture`, or one file per time with the time in its name. Raises `RequestError`."""
+    if picture.suffix != ".png" or not picture.parent.is_dir():
+        raise refuse(f"--picture {picture}", "something else", "a file .png in a folder that exists")
+    names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
+    for path, content in zip(names, photograph(recording, list(times) or [None]), strict=True):
+        path.write_bytes(content)
+    return names
+
+
+@contextmanager
+def headless_viewer() -> Generator[str]:
+    """The viewer without a window, on this machine only; the URL to talk to it."""
+    with socket.socket() as found:
+        found.bind((LOOPBACK, 0))
+        port = found.getsockname()[1]
+    command = [program(), "--headless", "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # noqa: S603 - our own program
+    try:
+        yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+    finally:
+        process.terminate()
+        try:
+            process.wait(_ENDS_WITHIN)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
