@@ -204,6 +204,10 @@ def show(
         typer.Option(help="Signal to draw as its difference from the first run, `plant.state.y`. Repeatable."),
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="In the browser, served on this machine only.")] = False,  # noqa: FBT002
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Write a picture instead; no display is needed.")
+    ] = None,
+    at: Annotated[list[float] | None, typer.Option(help="Time of the picture [s]. Repeatable.")] = None,
 ) -> None:
     """Open a run in the Rerun viewer, or several in one picture, a colour each.
 
