@@ -67,10 +67,8 @@ class EventMode:
     def activate(self, t: float, h: float) -> object:
         """Enter Event Mode at `t` and make the clocks tick that are due, or were triggered."""
         del h
-        if not self._in_event_mode:
-            self._fmu.enterEventMode()
-            self._in_event_mode = True
-        self._tick(t)
+        self._enter(t, self._triggered)
+        self._triggered = set()
         return 0
 
     def update(self, t: float, h: float) -> object:
@@ -109,18 +107,20 @@ class EventMode:
                 raise EventError(f"it returned early from its step without having moved, at {now:g} s")
             now = reached if reached < target - _tolerance(target) else target
             if now < end - _tolerance(end):
-                self.activate(now, 0.0)
+                self._enter(now, set())  # what others trigger waits for the communication point
                 self.update(now, 0.0)
         return 0
 
     def trigger(self, clock: str) -> None:
-        """Make a triggered input clock tick at the next instant that is activated."""
+        """Make a triggered input clock tick when the unit is activated next."""
         self._triggered.add(self._references[clock])
 
-    def _tick(self, t: float) -> None:
+    def _enter(self, t: float, triggered: set[int]) -> None:
+        if not self._in_event_mode:
+            self._fmu.enterEventMode()
+            self._in_event_mode = True
         due = {reference for reference, when in self._next.items() if when <= t + _tolerance(t)}
-        active = sorted(due | self._triggered)
-        self._triggered.clear()
+        active = sorted(due | triggered)
         self.active = frozenset(active)
         if active:
             self._fmu.setClock(active, [True] * len(active))

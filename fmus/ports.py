@@ -75,14 +75,13 @@ def _port(
     if quantity.type.is_number:
         given = " ".join(given).split()
     start = [_value(text, quantity.type) for text in given]
-    clocks = variable.clocks.split() if isinstance(variable.clocks, str) else variable.clocks or ()
     return Port(
         Variable(variable.name, quantity),
         _CAUSALITIES[variable.causality],
         _shaped(start, quantity) if start else None,
         [variable.valueReference],
         structural=variable.causality == "structuralParameter",
-        clocks=tuple(int(reference) for reference in clocks),
+        clocks=tuple(clock.valueReference for clock in variable.clocks or ()),
     )
 
 
