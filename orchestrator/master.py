@@ -16,9 +16,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
-from components.interfaces.record import Variable
 from fmus.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
@@ -207,11 +207,14 @@ class Simulation:
         wires = [c for c in self.system.connections if (c.unit, c.input) == (unit, name)]
         found: dict[str, Any] = {}
         for i, element in enumerate(variable.elements):
-            if wires:
-                output = Variable(wires[0].output, variable.quantity).elements[i]
-                before = columns.get(f"{wires[0].source}.{output}")
-            else:
+            wire = next((c for c in wires if c.input_element is None or c.input_element.at == i), None)
+            if wire is None:
                 before = np.full(len(ticks), np.ravel(self.system.held[path])[i])
+            else:
+                at = wire.output_element.at if wire.output_element else (i if wire.input_element is None else 0)
+                output = self.system.variable(f"{wire.source}.{wire.output}").elements[at]
+                before = columns.get(f"{wire.source}.{output}")
+                before = before if before is None or wire.conversion == IDENTITY else wire.conversion(before)
             if before is None:
                 continue
             values = before.copy()

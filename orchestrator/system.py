@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -13,15 +13,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from components.interfaces.block import Block
-from components.interfaces.conversion import IDENTITY, Linear, Transformation, type_fits, unit_conversion
+from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, type_fits, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from components.interfaces.quantity import Quantity
+from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from fmus.archive import Archive, open_fmu
 from fmus.block_unit import BlockUnit, interface_of
 from fmus.unit import Interface, Unit
 from fmus.units import fmu_unit
+from orchestrator.connection import Connection, is_part, signal
 
 
 class Source(Protocol):
@@ -87,28 +88,14 @@ def block_source(value: Block[Any, Any, Any]) -> InProcess:
 
 
 @dataclass(frozen=True)
-class Connection:
-    """One input signal and the output signal that drives it."""
-
-    unit: str
-    input: str
-    source: str
-    output: str
-    conversion: Transformation = IDENTITY
-    """From the output's unit to the input's, and what the system asks for beyond that"""
-
-    def __str__(self) -> str:
-        return f"{self.source}.{self.output} -> {self.unit}.{self.input}"
-
-
-@dataclass(frozen=True)
 class System:
     """Units, what drives each of their inputs, and the sockets they fill.
 
-    `wiring` maps an input (a signal, or a whole bus) to the output that drives it, both with their unit:
-    ``{"controller.ego": "plant.state"}``. `held` gives inputs a constant value instead. Units of measurement are
-    converted on the way; `transformations` (by input signal) then apply. `steps` gives units a step of their own, as a
-    multiple of the macro step: a whole number, or one part of a whole number.
+    `wiring` maps an input (a signal, one element of it, or a whole bus) to the output that drives it, both with their
+    unit: ``{"controller.ego": "plant.state"}``. `held` gives inputs, or those elements that nothing drives, a constant
+    value instead. Units of measurement are converted on the way, except into `unconverted` inputs; `transformations`
+    (by input, as in `wiring`) then apply. `steps` gives units a step of their own, as a multiple of the macro step: a
+    whole number, or one part of a whole number.
     All problems are gathered and raised at once, as a `RequestError`.
     """
 
@@ -117,6 +104,7 @@ class System:
     held: Mapping[str, Any] = field(default_factory=dict[str, Any])
     sockets: Mapping[str, Socket] = field(default_factory=dict[str, Socket])
     transformations: Mapping[str, Transformation] = field(default_factory=dict[str, Transformation])
+    unconverted: Collection[str] = frozenset()
     steps: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
 
     def __post_init__(self) -> None:
@@ -157,10 +145,12 @@ def _problems(system: System) -> Iterator[Problem]:
             if isinstance(found, Problem):
                 yield found
                 continue
-            path = f"{found.unit}.{found.input}"
-            if path in driven:
-                yield Problem(path, f"two sources, {driven[path]} and {found.source}.{found.output}", "one source")
-            driven[path] = f"{found.source}.{found.output}"
+            path, whole = found.target, f"{found.unit}.{found.input}"
+            source = found.origin
+            before = [path, whole] if found.input_element else [p for p in driven if is_part(p, path)]
+            for taken in [p for p in dict.fromkeys(before) if p in driven][:1]:
+                yield Problem(taken, f"two sources, {driven[taken]} and {source}", "one source")
+            driven[path] = source
             yield from _mismatch(system, found)
     yield from _held_problems(system, driven)
     for path in system.transformations.keys() - driven.keys():
@@ -186,9 +176,13 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
             yield Problem(path, f"two sources, {driven[path]} and a held value", "one source")
         else:
             yield from inputs[path].quantity.problems(path, np.asarray(value))
-    for path in inputs:
+    for path, variable in inputs.items():
+        unit = path.partition(".")[0]
         if path not in driven and path not in system.held:
-            yield Problem(path, "no source", "a connection or a held value", "Connect it, or give it a value.")
+            open_ = [e for e in variable.elements if f"{unit}.{e}" not in driven]
+            told = "no source" if len(open_) == variable.size else f"no source of {', '.join(open_)}"
+            if open_:
+                yield Problem(path, told, "a connection or a held value", "Connect it, or give it a value.")
 
 
 def _parameter_problems(name: str, source: Source) -> Iterator[Problem]:
@@ -224,43 +218,56 @@ def _expand(system: System, key: str, value: str) -> Iterator[Connection | Probl
         if side not in system.units:
             yield Problem(f"{value} -> {key}", f"the unknown unit `{side}`", choices(system.units))
             return
-    inputs = [v.name for v in system.units[unit].interface.inputs]
-    outputs = [v.name for v in system.units[source].interface.outputs]
-    if port in inputs or output in outputs:
+    inputs = system.units[unit].interface.inputs
+    outputs = system.units[source].interface.outputs
+    names = [v.name for v in inputs]
+    if signal(port, inputs) or signal(output, outputs):
         pairs = [(port, output)]
     else:
-        pairs = [(name, output + name[len(port) :]) for name in inputs if name.startswith(port + ".")]
-    if not pairs:
-        pairs = [(port, output)]
-    for name, wanted in pairs:
-        if name not in inputs:
-            yield Problem(f"{unit}.{name}", "no such input", choices(inputs), did_you_mean(name, inputs))
-        elif wanted not in outputs:
-            yield Problem(f"{source}.{wanted}", "no such output", choices(outputs), did_you_mean(wanted, outputs))
+        pairs = [(name, output + name[len(port) :]) for name in names if name.startswith(port + ".")]
+    for name, wanted in pairs or [(port, output)]:
+        end, start = signal(name, inputs), signal(wanted, outputs)
+        if end is None:
+            yield Problem(f"{unit}.{name}", "no such input", choices(names), did_you_mean(name, names))
+        elif start is None:
+            shown = [v.name for v in outputs]
+            yield Problem(f"{source}.{wanted}", "no such output", choices(shown), did_you_mean(wanted, shown))
         else:
-            conversion = _conversion(system, Connection(unit, name, source, wanted))
-            yield Connection(unit, name, source, wanted, conversion)
+            made = Connection(unit, end[0].name, source, start[0].name, IDENTITY, end[1], start[1])
+            yield dataclasses.replace(made, conversion=_conversion(system, made))
 
 
 def _ends(system: System, wire: Connection) -> tuple[Quantity, Quantity]:
     wanted = system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity
-    return system.variable(f"{wire.source}.{wire.output}").quantity, wanted
+    found = system.variable(f"{wire.source}.{wire.output}").quantity
+    found = dataclasses.replace(found, shape=()) if wire.output_element else found
+    return found, dataclasses.replace(wanted, shape=()) if wire.input_element else wanted
 
 
 def _conversion(system: System, wire: Connection) -> Transformation:
     """The change of unit, then what the system asks for; units that do not fit are told as a problem elsewhere."""
+    asked = system.transformations.get(wire.target, IDENTITY)
+    if wire.target in system.unconverted:
+        return asked
     unit = unit_conversion(*_ends(system, wire)) or IDENTITY
-    asked = system.transformations.get(f"{wire.unit}.{wire.input}", IDENTITY)
     return asked.after(unit) if isinstance(asked, Linear) else asked
 
 
 def _mismatch(system: System, wire: Connection) -> Iterator[Problem]:
     found, wanted = _ends(system, wire)
-    transformation = system.transformations.get(f"{wire.unit}.{wire.input}")
-    fits = type_fits(found, wanted) and unit_conversion(found, wanted) is not None
+    transformation = system.transformations.get(wire.target, IDENTITY)
+    if isinstance(transformation, Lookup):
+        fits = found.type.is_listed and (found.type is wanted.type or Type.BOOLEAN not in (found.type, wanted.type))
+        fits &= wanted.type.is_listed
+    else:
+        fits = type_fits(found, wanted)
+    fits &= wire.target in system.unconverted or unit_conversion(found, wanted) is not None
     if not fits or wanted.shape != found.shape:
         yield Problem(str(wire), describe(found), describe(wanted), _remedy(found, wanted))
-    elif isinstance(transformation, Linear) and not (found.type.is_float or transformation == IDENTITY):
+    elif isinstance(transformation, Lookup):
+        for value in transformation.table.values():
+            yield from wanted.problems(f"{wire}, transformation", value)
+    elif not (found.type.is_float or transformation == IDENTITY):
         yield Problem(str(wire), f"a linear transformation of {describe(found)}", "one of a Float64 or Float32")
 
 

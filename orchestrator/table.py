@@ -11,7 +11,7 @@ import numpy as np
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.quantity import Type, zeros
 from fmus.unit import Column, Operation, positions, widths
-from orchestrator.system import System
+from orchestrator.system import Connection, System
 
 
 class Table:
@@ -38,7 +38,7 @@ class Table:
         self._gathers: dict[str, list[Operation]] = {}
         for path, value in system.held.items():
             unit, _, name = path.partition(".")
-            self.hold(unit, name, value)
+            self._keep(unit, name, value)
 
     def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
         """Type of an output, or of a held input, and its place in the column of that type."""
@@ -47,6 +47,11 @@ class Table:
         start = first[unit][kind] + at
         return kind, slice(start, start + self.system.variable(f"{unit}.{name}", role=role).size)
 
+    def _source(self, wire: Connection) -> tuple[Type, slice]:
+        """Type and place of what drives an input, or an element of it."""
+        kind, there = self.slots(wire.source, wire.output, "outputs")
+        return kind, there if wire.output_element is None else _moved(wire.output_element.at, there.start, 1)
+
     def outputs(self, unit: str) -> Mapping[Type, Column]:
         """Where a unit writes its outputs."""
         width = widths(self.system.units[unit].interface.outputs)
@@ -54,21 +59,25 @@ class Table:
 
     def inputs(self, unit: str) -> Mapping[Type, Column]:
         """Where a unit reads its inputs; `gathers` has to bring them there first."""
-        drivers = {c.input: c for c in self.system.connections if c.unit == unit}
+        drivers: dict[str, list[Connection]] = {}
+        for wire in self.system.connections:
+            if wire.unit == unit and (unit, wire.input) not in self._held:
+                drivers.setdefault(wire.input, []).append(wire)
         indices: dict[Type, list[int]] = {}
         converted: list[tuple[Type, slice, Column, Transformation]] = []
         for variable in self.system.units[unit].interface.inputs:
-            wire = drivers.get(variable.name)
             kind, slots = self.slots(unit, variable.name, "inputs")
             places = indices.setdefault(kind, [])
-            if wire is not None and (unit, variable.name) not in self._held:
-                source, there = self.slots(wire.source, wire.output, "outputs")
-                if source == kind and wire.conversion == IDENTITY:
-                    slots = there
-                else:
-                    mine = slice(len(places), len(places) + variable.size)
-                    converted.append((kind, mine, self.columns[source][there], wire.conversion))
+            first = len(places)
             places.extend(range(slots.start, slots.stop))
+            for wire in drivers.get(variable.name, ()):
+                source, there = self._source(wire)
+                size = there.stop - there.start
+                mine = _moved(wire.input_element.at if wire.input_element else 0, first, size)
+                if source == kind and wire.conversion == IDENTITY:
+                    places[mine] = range(there.start, there.stop)
+                else:
+                    converted.append((kind, mine, self.columns[source][there], wire.conversion))
         found: dict[Type, Column] = {}
         self._gathers[unit] = []
         for kind, places in indices.items():
@@ -99,10 +108,14 @@ class Table:
         return values[0].item() if kind.is_number else values[0]
 
     def hold(self, unit: str, name: str, value: Any) -> None:
-        """Give an input a constant value in place of its connection."""
+        """Give an input a constant value in place of its connections."""
+        self._keep(unit, name, value)
+        self._held.add((unit, name))
+
+    def _keep(self, unit: str, name: str, value: Any) -> None:
+        """Give an input the value that it has where nothing drives it."""
         kind, slots = self.slots(unit, name, "inputs")
         self.columns[kind][slots] = np.asarray(value).ravel()
-        self._held.add((unit, name))
 
     def release(self, unit: str, name: str) -> None:
         """Give an input back to its connection; one without a connection keeps its value."""
@@ -123,6 +136,10 @@ class Table:
             if kind.is_float and not np.isfinite(self.columns[kind][at]):
                 return path, float(self.columns[kind][at])
         raise LookupError("all signals are finite")
+
+
+def _moved(at: int, start: int, size: int) -> slice:
+    return slice(start + at, start + at + size)
 
 
 def _gather(column: Column, places: Column, out: Column) -> Operation:

@@ -44,6 +44,11 @@ class Type(StrEnum):
         return "Int" in self.value
 
     @property
+    def is_listed(self) -> bool:
+        """Whether a table can map values one by one: whole numbers, enumerations and Booleans."""
+        return self.is_integer or self in (Type.ENUMERATION, Type.BOOLEAN)
+
+    @property
     def is_number(self) -> bool:
         """Whether values can be reckoned with: floats, integers, enumerations and Booleans."""
         return self not in (Type.STRING, Type.BINARY)
