@@ -239,6 +239,9 @@ class Fmu2Unit(FmuUnit):
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.setupExperiment)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
+        self._prepare_step()
+
+    def _prepare_step(self) -> None:
         self._do_step = self._function("DoStep", [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
 
     @override
@@ -275,6 +278,9 @@ class Fmu3Unit(FmuUnit):
             self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
         self._set_parameters(parameters)
         self._check("the initialization failed", self._fmu.enterInitializationMode)
+        self._prepare_step()
+
+    def _prepare_step(self) -> None:
         arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
         self._do_step = self._function("DoStep", arguments)
         self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return

@@ -10,6 +10,10 @@ from fmus.version import Version
 
 def fmu_unit(name: str, archive: Archive) -> FmuUnit:
     """The FMU in `archive` as a unit. Raises `RequestError` when its library cannot be used."""
+    if archive.is_model_exchange:
+        from fmus.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads the solver's libraries
+
+        return (Model2Unit if archive.version == Version.FMI2 else Model3Unit)(name, archive)
     if archive.version == Version.FMI2:
         return Fmu2Unit(name, archive)
     return (ClockedUnit if archive.interface.event_mode else Fmu3Unit)(name, archive)

@@ -1,0 +1,249 @@
+"""Model Exchange FMUs as units: integrated by CVODE from one communication point to the next, with all their events.
+
+Inputs are held over a macro step and jump at communication points. An input that has changed is an event: it is set in
+Event Mode, the discrete states are iterated, and the solver starts anew. So are state events (event indicators), time
+events, and step events (`completedIntegratorStep`). Outputs follow the inputs at one instant, without a step between.
+"""
+# pyright: basic
+# FMPy and ctypes carry few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from fmpy import fmi2, fmi3
+from fmpy.fmi1 import FMICallException
+from typing_extensions import override
+
+from components.interfaces.quantity import Type
+from fmus.archive import Archive
+from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.solver import Solver, SolverError
+from fmus.unit import Column, Operation, UnitError
+
+TOLERANCE: Final = 1e-8
+"""Relative tolerance where the FMU names none; what it names counts if it is no larger than `LOOSEST`."""
+LOOSEST: Final = 1e-6
+MOST_EVENTS: Final = 1000
+"""Events in one macro step, and iterations of one event; models that need more never come to an end."""
+_SAME_TIME: Final = 1e-12
+
+
+class ModelExchangeUnit(FmuUnit):
+    """What Model Exchange units of both versions share; the solver sees it as its `Model`."""
+
+    def __init__(self, name: str, archive: Archive) -> None:
+        super().__init__(name, archive)
+        self._solver: Solver | None = None
+        self._time = 0.0
+        self._next_event: float | None = None
+        self._running = False
+        self._unsettled = False
+        self._inputs: list[Column] = []
+        self._seen: list[Any] | None = None
+        self.n_states = 0
+        self.n_indicators = 0
+        experiment = archive.description.defaultExperiment
+        declared = float(experiment.tolerance) if experiment is not None and experiment.tolerance else TOLERANCE
+        self._tolerance = min(declared, LOOSEST) if declared > 0 else TOLERANCE
+
+    def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
+        raise NotImplementedError
+
+    def get_derivatives(self, dx: Any, n: int) -> None:
+        """Evaluate the derivatives of the continuous states."""
+        raise NotImplementedError
+
+    def _count(self) -> tuple[int, int]:
+        """How many continuous states and event indicators there are."""
+        raise NotImplementedError
+
+    def get_states(self, x: Any, n: int) -> None:
+        """Read the continuous states."""
+        self._fmu.getContinuousStates(x, n)
+
+    def set_states(self, x: Any, n: int) -> None:
+        """Set the continuous states."""
+        self._fmu.setContinuousStates(x, n)
+
+    def get_indicators(self, z: Any, n: int) -> None:
+        """Evaluate the event indicators."""
+        if n:
+            self._fmu.getEventIndicators(z, n)
+
+    def get_nominals(self, x: Any, n: int) -> None:
+        """Read the nominal values of the states."""
+        self._fmu.getNominalsOfContinuousStates(x, n)
+
+    def set_time(self, t: float) -> None:
+        """Set the time."""
+        self._fmu.setTime(t)
+
+    @override
+    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+        super().bind(inputs, outputs)
+        self._inputs = list(inputs.values())
+        self._movers, self._readers = self._setters, self._getters
+        self._setters = [self._take_inputs]
+        self._getters = [self._show_outputs]
+
+    def _take_inputs(self) -> object:
+        """Set the inputs if any has changed: in Event Mode, as discrete ones may change nowhere else."""
+        seen = [c.tolist() if c.dtype == object else c.tobytes() for c in self._inputs]
+        if seen == self._seen:
+            return 0
+        self._seen = seen
+        if self._running and not self._unsettled:
+            self._check("Event Mode was refused", self._fmu.enterEventMode)
+            self._unsettled = True
+        return _worst(self._movers)
+
+    def _show_outputs(self) -> object:
+        self._settle()
+        return _worst(self._readers)
+
+    @override
+    def exit_initialization(self) -> None:
+        super().exit_initialization()  # from here on in Event Mode
+        self._check("the initialization failed", self._begin)
+        _worst(self._readers)  # the initial event may have changed what they showed before
+
+    def _begin(self) -> None:
+        self._iterate()
+        self._fmu.enterContinuousTimeMode()
+        self.n_states, self.n_indicators = self._count()
+        self._solver = Solver(self, self._time, self._tolerance)
+        self._running = True
+
+    def _settle(self) -> None:
+        """End the event that changed inputs have begun."""
+        if self._unsettled:
+            self._unsettled = False
+            self._check("an event failed", self._end_event)
+
+    def _end_event(self) -> None:
+        self._iterate()
+        self._fmu.enterContinuousTimeMode()
+        if self._solver is not None:
+            self._solver.reset(self._time)
+
+    def _iterate(self) -> None:
+        """Iterate the discrete states until they stay."""
+        for _ in range(MOST_EVENTS):
+            again, terminate, _nominals, _values, defined, following = self._new_discrete_states()
+            if terminate:
+                raise UnitError(self.name, f"the FMU ended the simulation at {self._time:g} s", self.messages)
+            if not again:
+                self._next_event = following if defined else None
+                return
+        found = f"the event at {self._time:g} s does not settle in {MOST_EVENTS} iterations"
+        raise UnitError(self.name, found, self.messages)
+
+    @override
+    def step(self, t: float, h: float) -> object:
+        self._settle()
+        try:
+            self._integrate(t + h)
+        except FMICallException as error:
+            self.messages.append(str(error))
+            return error.status
+        except SolverError as error:
+            raise UnitError(self.name, str(error), self.messages) from error
+        return 0
+
+    def _integrate(self, target: float) -> None:
+        assert self._solver is not None  # noqa: S101 - made when the initialisation ended
+        events, began = 0, self._time
+        while self._before(target) or self._is_due():
+            root = False
+            if not self._is_due():
+                following = target if self._next_event is None else min(target, self._next_event)
+                self._time, root = self._solver.advance(following)
+            step_event = self._completed_step()
+            if root or step_event or self._is_due():
+                events += 1
+                if events > MOST_EVENTS:
+                    found = f"more than {MOST_EVENTS} events from {began:g} s to {self._time:g} s: they may never end"
+                    raise UnitError(self.name, found, self.messages)
+                self._fmu.enterEventMode()
+                self._end_event()
+
+    def _before(self, t: float) -> bool:
+        return self._time < t - _SAME_TIME * max(1.0, abs(t))
+
+    def _is_due(self) -> bool:
+        return self._next_event is not None and not self._before(self._next_event)
+
+    def _completed_step(self) -> bool:
+        if not self._archive.kind.needsCompletedIntegratorStep:
+            return False
+        step_event, terminate = self._fmu.completedIntegratorStep()
+        if terminate:
+            raise UnitError(self.name, f"the FMU ended the simulation at {self._time:g} s", self.messages)
+        return bool(step_event)
+
+    @override
+    def close(self) -> None:
+        if self._solver is not None:
+            self._solver.close()
+            self._solver = None
+        super().close()
+
+
+class Model2Unit(ModelExchangeUnit, Fmu2Unit):
+    """An FMI 2.0 Model Exchange FMU."""
+
+    @override
+    def _kind(self) -> Any:
+        return fmi2.FMU2Model
+
+    @override
+    def _prepare_step(self) -> None:
+        pass
+
+    @override
+    def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
+        return self._fmu.newDiscreteStates()
+
+    @override
+    def get_derivatives(self, dx: Any, n: int) -> None:
+        self._fmu.getDerivatives(dx, n)
+
+    @override
+    def _count(self) -> tuple[int, int]:
+        description = self._archive.description
+        return description.numberOfContinuousStates, description.numberOfEventIndicators
+
+
+class Model3Unit(ModelExchangeUnit, Fmu3Unit):
+    """An FMI 3.0 Model Exchange FMU."""
+
+    @override
+    def _kind(self) -> Any:
+        return fmi3.FMU3Model
+
+    @override
+    def _prepare_step(self) -> None:
+        pass
+
+    @override
+    def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
+        return self._fmu.updateDiscreteStates()
+
+    @override
+    def get_derivatives(self, dx: Any, n: int) -> None:
+        self._fmu.getContinuousStateDerivatives(dx, n)
+
+    @override
+    def _count(self) -> tuple[int, int]:
+        return self._fmu.getNumberOfContinuousStates(), self._fmu.getNumberOfEventIndicators()
+
+
+def _worst(operations: list[Operation]) -> int:
+    """Carry out all operations; the worst status that they met."""
+    worst = 0
+    for operation in operations:
+        status = operation()
+        worst = max(worst, status if isinstance(status, int) else 0)
+    return worst

@@ -1,0 +1,146 @@
+"""CVODE around a Model Exchange FMU: one internal step at a time, never past a given instant, ending at state events.
+
+FMPy brings SUNDIALS and a solver class; this one tells each step apart (an FMU wants to hear of each), stops where time
+events and communication points are, hands on errors of the FMU, and frees what it has taken.
+"""
+# pyright: basic
+# FMPy and ctypes carry few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import byref, c_double, c_void_p
+from typing import Any, Final, Protocol
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.sundials import CVodeSolver
+from fmpy.sundials.cvode import CV_ROOT_RETURN, CVode
+from fmpy.sundials.libraries import sundials_core, sundials_cvode
+from fmpy.sundials.nvector_serial import NV_DATA_S, N_VDestroy_Serial
+from typing_extensions import override
+
+_ONE_STEP: Final = 2
+_DISCARD: Final = 2
+_AGAIN, _GIVE_UP = 1, -1
+"""What CVODE is told of an evaluation that failed: try a smaller step, or stop"""
+
+_set_stop_time = sundials_cvode["CVodeSetStopTime"]
+_set_stop_time.argtypes = [c_void_p, c_double]
+_clear_handlers = sundials_core["SUNContext_ClearErrHandlers"]
+_clear_handlers.argtypes = [c_void_p]
+_push_handler = sundials_core["SUNContext_PushErrHandler"]
+_free = {name: sundials_core[name] for name in ("SUNMatDestroy", "SUNLinSolFree", "SUNContext_Free")}
+for _function in _free.values():
+    _function.argtypes = [c_void_p]
+
+
+class Model(Protocol):
+    """What the solver asks of an FMU in Continuous-Time Mode; calls raise `FMICallException`."""
+
+    n_states: int
+    n_indicators: int
+
+    def get_states(self, x: Any, n: int) -> None:
+        """Read the continuous states."""
+
+    def set_states(self, x: Any, n: int) -> None:
+        """Set them."""
+
+    def get_derivatives(self, dx: Any, n: int) -> None:
+        """Evaluate their derivatives."""
+
+    def get_indicators(self, z: Any, n: int) -> None:
+        """Evaluate the event indicators."""
+
+    def get_nominals(self, x: Any, n: int) -> None:
+        """Read the nominal values of the states."""
+
+    def set_time(self, t: float) -> None:
+        """Set the time."""
+
+
+class SolverError(RuntimeError):
+    """The integration cannot go on."""
+
+
+class Solver(CVodeSolver):
+    """BDF of variable order and step; absolute tolerances are the relative one times the nominal values."""
+
+    def __init__(self, model: Model, time: float, tolerance: float) -> None:
+        self._failure: FMICallException | None = None
+        super().__init__(
+            nx=model.n_states,
+            nz=model.n_indicators,
+            get_x=model.get_states,
+            set_x=model.set_states,
+            get_dx=model.get_derivatives,
+            get_z=model.get_indicators,
+            get_nominals=model.get_nominals,
+            set_time=model.set_time,
+            input=None,
+            startTime=time,
+            relativeTolerance=tolerance,
+        )
+        _clear_handlers(self.sunctx)  # the first of them writes to the terminal
+        _push_handler(self.sunctx, self.ehfun_, None)
+
+    @override
+    def f(self, t: float, y: Any, ydot: Any, user_data: Any) -> int:
+        status = self._evaluated(lambda: CVodeSolver.f(self, t, y, ydot, user_data))
+        finite = np.isfinite(np.ctypeslib.as_array(NV_DATA_S(ydot), (self.nx,))).all()
+        return status or (0 if finite else _AGAIN)
+
+    @override
+    def g(self, t: float, y: Any, gout: Any, user_data: Any) -> int:
+        def evaluate() -> None:
+            self.set_time(t)
+            if not self.discrete:
+                self.set_x(NV_DATA_S(y), self.nx)
+            self.get_z(gout, self.nz)
+
+        return self._evaluated(evaluate)
+
+    def _evaluated(self, evaluate: Any) -> int:
+        """An exception must not leave a function that C calls."""
+        try:
+            evaluate()
+        except FMICallException as error:
+            self._failure = error
+            return _AGAIN if error.status == _DISCARD else _GIVE_UP
+        return 0
+
+    def advance(self, target: float) -> tuple[float, bool]:
+        """One internal step towards `target`; the time that was reached, and whether there is a state event.
+
+        The FMU is then at that time with the states found. Raises `SolverError`.
+        """
+        self._failure, self.error_info = None, None
+        reached = c_double()
+        _set_stop_time(self.cvode_mem, target)
+        flag = CVode(self.cvode_mem, target, self.x, byref(reached), _ONE_STEP)
+        if flag < 0:
+            said = self.error_info[3] if self.error_info else f"status {flag}"
+            if self._failure is not None:
+                said = f"{said} ({self._failure})"
+            raise SolverError(f"CVODE cannot go on at {reached.value:g} s: {' '.join(said.split())}")
+        self.set_time(reached.value)
+        if not self.discrete:
+            self.set_x(self.px, self.nx)
+        return reached.value, flag == CV_ROOT_RETURN
+
+    def close(self) -> None:
+        """Free all memory; nothing may be called afterwards."""
+        if self.cvode_mem is None:
+            return
+        super().__del__()
+        self.cvode_mem = None
+        _free["SUNLinSolFree"](self.LS)
+        _free["SUNMatDestroy"](self.A)
+        for vector in (self.x, self.abstol):
+            N_VDestroy_Serial(vector)
+        _free["SUNContext_Free"](ctypes.addressof(self.sunctx))
+
+    @override
+    def __del__(self) -> None:
+        """Nothing is left to free: `close` has done it."""
