@@ -1,4 +1,4 @@
-"""How the variables of a foreign unit stand for the signals of a socket: plain data, which `mapped_unit` carries out."""
+"""How the variables of a foreign unit stand for the signals of a socket, as data that `mapped_unit` carries out."""
 
 from __future__ import annotations
 

@@ -26,8 +26,13 @@ class Socket:
         """The output signals every unit in this socket has."""
         return _signals(self.outputs)
 
+    @property
+    def buses(self) -> dict[str, type]:
+        """All buses by name, those that are read first."""
+        return {**self.inputs, **self.outputs, **self.optional}
+
     def signals(self, role: str | None = None) -> list[Variable]:
-        """The signals that a unit in this socket may read (`inputs`) or show (`outputs`), or all; open lengths are -1."""
+        """What a unit in this socket may read (`inputs`) or show (`outputs`), or all; open lengths are -1."""
         read, shown = _signals(self.inputs), [*self.required(), *_signals(self.optional)]
         return {"inputs": read, "outputs": shown}.get(role or "", [*read, *shown])
 

@@ -1,0 +1,277 @@
+"""A foreign unit behind the interface of a socket: values are translated on their way in and out.
+
+The foreign unit has memory of its own. All links between two types of values are one gather, one multiplication and
+one scatter on arrays that are prepared once; conventions (reference point, slip angle) act on a bus as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from components.interfaces.conventions import Convention, Views
+from components.interfaces.conversion import IDENTITY
+from components.interfaces.quantity import Type, zeros
+from components.interfaces.record import Variable
+from fmus.adaptation import Adaptation, Link, RateInput
+from fmus.unit import FMI_WARNING, Column, Interface, Operation, Unit, positions, widths
+
+Columns = Mapping[Type, Column]
+
+
+class MappedUnit(Unit):
+    """`inner` with the interface of a socket, by way of `adaptation`."""
+
+    def __init__(self, name: str, interface: Interface, inner: Unit, adaptation: Adaptation) -> None:
+        super().__init__(name, interface)
+        self.messages = inner.messages
+        self._inner = inner
+        self._adaptation = adaptation
+        theirs = inner.interface
+        self._u = {kind: zeros(kind, n) for kind, n in widths(theirs.inputs).items()}
+        self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.outputs).items()}
+        starts = {**theirs.starts, **adaptation.held}
+        for variable in theirs.inputs:
+            if variable.name in starts:
+                kind, at = positions(theirs.inputs)[variable.name]
+                self._u[kind][at : at + variable.size] = np.ravel(starts[variable.name])
+        self._setters: list[Operation] = []
+        self._getters: list[Operation] = []
+        self._rates = [_Rate(rate) for rate in adaptation.rates]
+        self._integrals: list[_Integral] = [_Integral() for _ in adaptation.integrated]
+
+    @override
+    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+        self._inner.bind(self._u, self._y)
+        mine, theirs, a = self.interface, self._inner.interface, self._adaptation
+        read = inputs
+        turned = _turns(mine.inputs, a.conventions)
+        into: list[Operation] = []
+        if turned:
+            read = {kind: column.copy() for kind, column in inputs.items()}
+            into += [_copy(inputs[kind], read[kind]) for kind in inputs]
+            views = _views(mine.inputs, read)
+            into += [_applied(c.theirs, views[bus]) for bus, cs in turned.items() for c in reversed(cs)]
+        into += _moves(a.inputs, (mine.inputs, read), (theirs.inputs, self._u), back=True)
+        self._setters = [*into, *self._inner.setters()]
+        outof = _moves(a.outputs, (theirs.outputs, self._y), (mine.outputs, outputs))
+        outof += _constants(a.constants, mine.outputs, outputs)
+        views = _views(mine.outputs, outputs)
+        for name, integral in zip(a.integrated, self._integrals, strict=True):
+            outof.append(integral.shown_in(_slots(mine.outputs, outputs, name)))
+        outof += [_applied(c.ours, views[bus]) for bus, cs in _turns(mine.outputs, a.conventions).items() for c in cs]
+        self._getters = [*self._inner.getters(), *outof]
+        for rate in self._rates:
+            rate.bind((mine.inputs, inputs), (theirs.inputs, self._u), (theirs.outputs, self._y))
+
+    @override
+    def setters(self) -> list[Operation]:
+        return self._setters
+
+    @override
+    def getters(self) -> list[Operation]:
+        return self._getters
+
+    @override
+    def step(self, t: float, h: float) -> object:
+        for integral in self._integrals:
+            integral.begin(h)
+        if self._rates:
+            for rate in self._rates:
+                rate.act(h)
+            for function in self._inner.setters():
+                status = function()
+                if isinstance(status, int) and status > FMI_WARNING:
+                    return status
+        return self._inner.step(t, h)
+
+    @override
+    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
+        self._inner.enter_initialization(parameters)
+
+    @override
+    def exit_initialization(self) -> None:
+        self._inner.exit_initialization()
+
+    @override
+    def use_events(self, h: float) -> None:
+        self._inner.use_events(h)
+
+    @override
+    def activate(self, t: float, h: float) -> object:
+        return self._inner.activate(t, h)
+
+    @override
+    def update(self, t: float, h: float) -> object:
+        return self._inner.update(t, h)
+
+    @override
+    def fired(self) -> set[str]:
+        return self._inner.fired()
+
+    @override
+    def trigger(self, clock: str) -> None:
+        self._inner.trigger(clock)
+
+    @override
+    def save(self) -> Any:
+        kept = [rate.kept for rate in self._rates], [(i.value, i.shown, i.h) for i in self._integrals]
+        return self._inner.save(), kept
+
+    @override
+    def restore(self, state: Any) -> None:
+        inner, (rates, integrals) = state
+        self._inner.restore(inner)
+        for rate, kept in zip(self._rates, rates, strict=True):
+            rate.kept = kept
+        for integral, kept in zip(self._integrals, integrals, strict=True):
+            integral.value, integral.shown, integral.h = kept
+
+    @override
+    def forget(self, state: Any) -> None:
+        self._inner.forget(state[0])
+
+    @override
+    def close(self) -> None:
+        self._inner.close()
+
+
+class _Rate:
+    """The rate that leads to a signal of ours by the end of the step."""
+
+    def __init__(self, declared: RateInput) -> None:
+        self._declared = declared
+        self.kept = 0.0
+        """Where the signal has come to, as the adapter reckons"""
+
+    def bind(self, ours: tuple[Any, Columns], inputs: tuple[Any, Columns], outputs: tuple[Any, Columns]) -> None:
+        rate, present = self._declared.rate, self._declared.present
+        self._wanted = _slots(*ours, rate.signal)
+        self._rate = _slots(*inputs, *rate.theirs[0])
+        self._present = _slots(*outputs, *present.theirs[0]) if present else None
+
+    def act(self, h: float) -> None:
+        present = self._declared.present
+        if present is not None and self._present is not None:
+            self.kept = float(present.relation(self._present[0]))
+        limit, rate = self._declared.limit, self._declared.rate
+        value = min(max((float(self._wanted[0]) - self.kept) / h, -limit), limit)
+        self.kept += h * value
+        self._rate[0] = min(max(rate.relation.inverse(value), rate.low), rate.high)
+
+
+class _Integral:
+    """A signal of ours that theirs gives the rate of: at t_k what it comes to within the step from t_k on."""
+
+    def __init__(self) -> None:
+        self.value = self.shown = self.h = 0.0
+
+    def begin(self, h: float) -> None:
+        self.value, self.h = self.shown, h
+
+    def shown_in(self, slot: NDArray[Any]) -> Operation:
+        def show() -> None:
+            self.shown = slot[0] = self.value + self.h * float(slot[0])
+
+        return show
+
+
+def _turns(
+    variables: Sequence[Variable], conventions: Mapping[str, tuple[Convention, ...]]
+) -> dict[str, tuple[Convention, ...]]:
+    """The conventions of the buses that are among the variables."""
+    present = {v.name.partition(".")[0] for v in variables}
+    return {bus: found for bus, found in conventions.items() if bus in present}
+
+
+def _slots(variables: Sequence[Variable], columns: Columns, name: str, element: int | None = None) -> NDArray[Any]:
+    """The elements of a variable, or one of them, as a view."""
+    kind, at = positions(variables)[name]
+    if element is not None:
+        return columns[kind][at + element : at + element + 1]
+    size = next(v.size for v in variables if v.name == name)
+    return columns[kind][at : at + size]
+
+
+def _views(variables: Sequence[Variable], columns: Columns) -> dict[str, Views]:
+    """By bus, its signals as views."""
+    found: dict[str, dict[str, NDArray[Any]]] = {}
+    for variable in variables:
+        bus, _, leaf = variable.name.partition(".")
+        found.setdefault(bus, {})[leaf] = _slots(variables, columns, variable.name)
+    return dict(found)
+
+
+def _applied(function: Callable[[Views], None], bus: Views) -> Operation:
+    return lambda: function(bus)
+
+
+def _copy(values: Column, out: Column) -> Operation:
+    def copy() -> None:
+        out[:] = values
+
+    return copy
+
+
+def _constants(values: Mapping[str, Any], variables: Sequence[Variable], columns: Columns) -> list[Operation]:
+    """Calls that write constant signals; the first time they are written is the only one that changes anything."""
+    return [
+        _copy(np.array(np.ravel(value), dtype=(slot := _slots(variables, columns, name)).dtype), slot)
+        for name, value in values.items()
+    ]
+
+
+def _moves(
+    links: Iterable[Link],
+    source: tuple[Sequence[Variable], Columns],
+    target: tuple[Sequence[Variable], Columns],
+    *,
+    back: bool = False,
+) -> list[Operation]:
+    """One call per pair of types: from theirs to ours, or `back` from ours to theirs."""
+    from_places, to_places = positions(source[0]), positions(target[0])
+    grouped: dict[tuple[Type, Type], list[tuple[int, int, float, float, float, float]]] = {}
+    for link in links:
+        relation = link.relation if link.relation == IDENTITY or not back else link.relation.inverse
+        for i, (name, element) in enumerate(link.theirs):
+            ours, theirs = (link.signal, i), (name, element)
+            (a, i_a), (b, i_b) = (ours, theirs) if back else (theirs, ours)
+            (kind_a, at_a), (kind_b, at_b) = from_places[a], to_places[b]
+            limits = (link.low, link.high) if back else (-np.inf, np.inf)
+            item = (at_a + i_a, at_b + i_b, relation.factor, relation.offset, *limits)
+            grouped.setdefault((kind_a, kind_b), []).append(item)
+    return [
+        _move(source[1][kind_a], target[1][kind_b], kind_b, np.array(items))
+        for (kind_a, kind_b), items in grouped.items()
+    ]
+
+
+def _move(source: Column, target: Column, kind: Type, table: NDArray[np.float64]) -> Operation:
+    """Gather, convert, scatter; numbers that keep their unit and type keep every bit."""
+    places, slots = table[:, 0].astype(np.intp), table[:, 1].astype(np.intp)
+    factor, offset, low, high = (np.ascontiguousarray(column) for column in table[:, 2:].T)
+    limited = bool(np.isfinite([low, high]).any())
+    plain = bool((factor == 1).all() and (offset == 0).all()) and not limited
+    whole = kind.is_integer or kind is Type.ENUMERATION
+    if plain and (source.dtype == target.dtype or source.dtype.kind != "f" or not whole):
+
+        def copy() -> None:
+            target[slots] = source[places]
+
+        return copy
+    values = np.zeros(len(table))
+
+    def convert() -> None:
+        np.multiply(source[places], factor, values)
+        np.add(values, offset, values)
+        if limited:
+            np.clip(values, low, high, values)
+        if whole:
+            np.rint(values, values)
+        target[slots] = values
+
+    return convert

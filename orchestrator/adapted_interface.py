@@ -1,0 +1,90 @@
+"""What a foreign unit looks like once it is adapted to a socket."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.record import Variable
+from components.interfaces.socket import Socket
+from fmus.adaptation import Adaptation
+from fmus.unit import Interface
+
+
+def adapted(
+    theirs: Interface, socket: Socket, signals: Mapping[str, Variable], adaptation: Adaptation, *, feedthrough: bool
+) -> tuple[Interface, list[str]]:
+    """The interface of the socket, with what the FMU shows beyond it; and what was assumed on the way."""
+    inputs = _read(socket, signals, adaptation)
+    shown = {link.signal for link in adaptation.outputs} | set(adaptation.constants)
+    own = {v.name: v for v in theirs.outputs}
+    ours = [signals[s.name] for s in socket.signals("outputs") if s.name in shown]
+    outputs = (*ours, *(own[name] for name in adaptation.passed_on))
+    through = (
+        _reach_outputs(theirs, outputs, adaptation) @ theirs.feedthrough @ _reach_inputs(theirs, inputs, adaptation)
+    )
+    remarks: list[str] = []
+    if socket.name in {"plant", "traffic"} and not theirs.output_after_set and not feedthrough:
+        through[: len(ours)] = False
+    elif socket.name in {"plant", "traffic"} and not theirs.output_after_set:
+        silent = [i for i, v in enumerate(ours) if _undeclared(v.name, theirs, adaptation) and through[i].any()]
+        if silent:
+            through[silent] = False
+            text = f"says not what its outputs depend on; as in the socket `{socket.name}`, inputs act through the step"
+            remarks.append(text)
+    whole = not (adaptation.rates or adaptation.integrated)
+    made = replace(theirs, inputs=inputs, outputs=outputs, feedthrough=through, event_mode=theirs.event_mode and whole)
+    return made, remarks
+
+
+def _read(socket: Socket, signals: Mapping[str, Variable], adaptation: Adaptation) -> tuple[Variable, ...]:
+    """Inputs of ours that reach the FMU, directly or by a convention of their bus."""
+    read = {link.signal for link in adaptation.inputs} | {rate.rate.signal for rate in adaptation.rates}
+    buses = {name.partition(".")[0] for name in read} & adaptation.conventions.keys()
+    return tuple(
+        signals[s.name] for s in socket.signals("inputs") if s.name in read or s.name.partition(".")[0] in buses
+    )
+
+
+def _undeclared(signal: str, theirs: Interface, adaptation: Adaptation) -> bool:
+    names = {n for link in adaptation.outputs if link.signal == signal for n, _ in link.theirs}
+    return names <= theirs.undeclared
+
+
+def _reach_outputs(theirs: Interface, outputs: tuple[Variable, ...], adaptation: Adaptation) -> NDArray[np.bool_]:
+    """(ours, theirs): which outputs of theirs each of ours is made of."""
+    row, column = _places(outputs), _places(theirs.outputs)
+    found = np.zeros((len(row), len(column)), dtype=bool)
+    for link in adaptation.outputs:
+        for name, _ in link.theirs:
+            found[row[link.signal], column[name]] = True
+    for name in adaptation.passed_on:
+        found[row[name], column[name]] = True
+    return _mixed(found, outputs, adaptation)
+
+
+def _reach_inputs(theirs: Interface, inputs: tuple[Variable, ...], adaptation: Adaptation) -> NDArray[np.bool_]:
+    """(theirs, ours): which inputs of ours reach each of theirs; a rate acts through the step."""
+    row, column = _places(inputs), _places(theirs.inputs)
+    found = np.zeros((len(row), len(column)), dtype=bool)
+    for link in adaptation.inputs:
+        for name, _ in link.theirs:
+            found[row[link.signal], column[name]] = True
+    return _mixed(found, inputs, adaptation).T
+
+
+def _mixed(found: NDArray[np.bool_], variables: tuple[Variable, ...], adaptation: Adaptation) -> Any:
+    """A convention makes every signal of its bus depend on all of it."""
+    for bus in adaptation.conventions:
+        rows = [i for i, v in enumerate(variables) if v.name.startswith(f"{bus}.")]
+        if rows:
+            found[rows] = found[rows].any(axis=0)
+    return found
+
+
+def _places(variables: tuple[Variable, ...]) -> dict[str, int]:
+    return {v.name: i for i, v in enumerate(variables)}

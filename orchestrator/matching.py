@@ -1,0 +1,172 @@
+"""Which variables of a foreign FMU stand for the signals of a socket, where the names leave no doubt.
+
+In this order, each of them only where exactly one variable fits:
+
+1. the same name;
+2. another spelling of the same structure: `state_v_x`, `State.vx`, `stateBus.v_x`, `In_actuation.delta_f`;
+3. the last part of the name alone: `v_x`, `delta_f`;
+4. the signals of a bus all together in a structure of another name: `chassis.x`, `chassis.y`, ..., `chassis.r`.
+
+Arrays may be spread over elements or structures: `obstacles[3].x`, `obstacle_3_x`, counted from 0 or 1.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from components.interfaces.record import Variable
+from components.interfaces.socket import ANY_LENGTH
+from fmus.adaptation import Place
+
+_INDEX: Final = re.compile(r"[\[(](\d+)[\])]|(?<=[A-Za-z])_?(\d+)(?=[._]|$)")
+_ALIASES: Final[Mapping[str, tuple[str, ...]]] = {
+    "state": ("state", "ego", "vehiclestate"),
+    "ego": ("ego", "state", "egostate", "vehiclestate"),
+    "obstacles": ("obstacles", "obstacle", "objects", "object"),
+}
+_BEFORE: Final = re.compile(r"^(in|out|input|output|plant|vehicle|traffic|controller)+(?=.)")
+
+
+@dataclass(frozen=True)
+class Match:
+    """The elements of theirs that stand for the first elements of a signal of ours."""
+
+    variables: tuple[Variable, ...]
+    """One array, or one variable per element"""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the variables."""
+        return tuple(v.name for v in self.variables)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Variables that together have the shape of a signal, under a name without index."""
+
+    name: str
+    match: Match
+    shape: tuple[int, ...]
+
+
+def match(
+    signals: Sequence[Variable], offered: Sequence[Variable], slots: int
+) -> tuple[dict[str, Match], dict[str, list[str]]]:
+    """Matches by signal, and by signal the names that are equally good.
+
+    `slots` is the largest number of elements that an array of ours of that length may leave open (obstacles).
+    """
+    candidates = list(_candidates(offered))
+    found: dict[str, Match] = {}
+    doubtful: dict[str, list[str]] = {}
+    for level in (_same, _same_structure, _same_leaf):
+        used = {name for m in found.values() for name in m.names}
+        free = [c for c in candidates if not used & set(c.match.names)]
+        proposals = {s.name: [c for c in free if _fits(s, c, slots) and level(s.name, c.name)] for s in signals}
+        proposals = {name: _preferred(name, options) for name, options in proposals.items() if name not in found}
+        takers: dict[str, int] = {}
+        for option in (options[0] for options in proposals.values() if len(options) == 1):
+            takers[option.name] = takers.get(option.name, 0) + 1
+        for name, options in proposals.items():
+            if len(options) == 1 and takers[options[0].name] == 1:
+                found[name] = options[0].match
+                doubtful.pop(name, None)
+            elif options:
+                doubtful.setdefault(name, sorted(o.name for o in options))
+    for name, candidate in _whole_buses(signals, candidates, found, slots):
+        found[name] = candidate.match
+        doubtful.pop(name, None)
+    return found, doubtful
+
+
+def places(variables: Iterable[Variable], size: int) -> tuple[Place, ...]:
+    """The elements of variables one after the other, at most `size`."""
+    return tuple((v.name, i) for v in variables for i in range(v.size))[: size or None]
+
+
+def candidates_of(offered: Sequence[Variable]) -> list[Candidate]:
+    """Every variable, and every group of variables that differ in one index."""
+    return list(_candidates(offered))
+
+
+def _candidates(offered: Sequence[Variable]) -> Iterator[Candidate]:
+    groups: dict[str, dict[int, Variable]] = {}
+    for variable in offered:
+        yield Candidate(variable.name, Match((variable,)), variable.shape)
+        indices = list(_INDEX.finditer(variable.name))
+        if len(indices) == 1 and not variable.shape:
+            at = indices[0]
+            groups.setdefault(variable.name[: at.start()] + variable.name[at.end() :], {})[int(at[1] or at[2])] = (
+                variable
+            )
+    for name, elements in groups.items():
+        numbers = sorted(elements)
+        if numbers == list(range(numbers[0], numbers[0] + len(numbers))) and numbers[0] in {0, 1}:
+            yield Candidate(name, Match(tuple(elements[n] for n in numbers)), (len(numbers),))
+
+
+def _fits(signal: Variable, candidate: Candidate, slots: int) -> bool:
+    """Whether the shapes agree, and both are numbers; obstacles may be fewer than there are slots."""
+    if len(signal.shape) != len(candidate.shape) or not all(
+        v.quantity.type.is_number for v in candidate.match.variables
+    ):
+        return False
+    open_ended = signal.name.startswith("obstacles.")
+    return all(
+        a in {ANY_LENGTH, b} or (open_ended and 0 < b <= slots)
+        for a, b in zip(signal.shape, candidate.shape, strict=True)
+    )
+
+
+def _preferred(signal: str, options: list[Candidate]) -> list[Candidate]:
+    """Of names that differ in case only, the one that is spelled as ours."""
+    leaf = signal.rpartition(".")[2]
+    exact = [o for o in options if o.name.endswith(leaf)]
+    return exact if len(exact) == 1 and len({o.name.lower() for o in options}) == 1 else options
+
+
+def _same(signal: str, name: str) -> bool:
+    return name == signal
+
+
+def _same_structure(signal: str, name: str) -> bool:
+    bus, _, leaf = signal.partition(".")
+    plain = _plain(name)
+    for variant in {plain, _BEFORE.sub("", plain)}:
+        for alias in _ALIASES.get(bus, (bus,)):
+            if variant in {alias + _plain(leaf), alias + "bus" + _plain(leaf)}:
+                return True
+    return False
+
+
+def _same_leaf(signal: str, name: str) -> bool:
+    return _plain(name) == _plain(signal.rpartition(".")[2])
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _whole_buses(
+    signals: Sequence[Variable], candidates: Sequence[Candidate], found: Mapping[str, Match], slots: int
+) -> Iterator[tuple[str, Candidate]]:
+    """Buses of which nothing is known yet, found whole in exactly one structure of another name."""
+    buses: dict[str, list[Variable]] = {}
+    for signal in signals:
+        buses.setdefault(signal.name.partition(".")[0], []).append(signal)
+    for members in buses.values():
+        if len(members) < 2 or any(s.name in found for s in members):  # noqa: PLR2004 - one signal is no structure
+            continue
+        options: dict[str, dict[str, Candidate]] = {}
+        for signal in members:
+            leaf = _plain(signal.name.partition(".")[2])
+            for c in candidates:
+                structure, _, last = c.name.rpartition(".")
+                if structure and _plain(last) == leaf and _fits(signal, c, slots):
+                    options.setdefault(structure, {})[signal.name] = c
+        whole = [option for option in options.values() if len(option) == len(members)]
+        if len(whole) == 1:
+            yield from whole[0].items()

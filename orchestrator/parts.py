@@ -1,0 +1,119 @@
+"""Parts of a scenario that are FMUs of other makers: where they are, what maps them, and which parameters they take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from components.interfaces.conversion import unit_conversion
+from components.interfaces.problem import refuse
+from components.interfaces.quantity import Quantity
+from components.interfaces.record import Variable
+from orchestrator.mapped import Mapped
+from orchestrator.mapping_file import MappingFile
+from orchestrator.mapping_reader import read_mapping
+from orchestrator.parameters import Given, Part
+from orchestrator.system import Fmu, Source
+
+WIRING: Final = {
+    "plant.actuation": "controller.actuation",
+    "traffic.ego": "plant.state",
+    "controller.ego": "plant.state",
+    "controller.obstacles": "traffic.obstacles",
+}
+"""How the three sockets are connected, in every scenario."""
+
+FOREIGN: Final = (".fmu", ".toml")
+"""How the name of an FMU, or of its mapping file, ends"""
+
+
+def wiring_of(units: Mapping[str, Source]) -> dict[str, str]:
+    """How the three sockets are connected; a bus that an FMU does not read is left out."""
+    foreign = {name for name, source in units.items() if isinstance(source, Mapped)}
+    read = {f"{name}.{v.name.partition('.')[0]}" for name in foreign for v in units[name].interface.inputs}
+    return {bus: source for bus, source in WIRING.items() if bus in read or bus.partition(".")[0] not in foreign}
+
+
+def located(part: Part, request: str) -> Part:
+    """The part with its files where they are: beside the scenario's file `request`, if they are there."""
+    given = {key: text for key in ("fmu", "mapping") if (text := getattr(part, key)) is not None}
+    beside = {key: Path(request).parent / text for key, text in given.items() if request.endswith(".toml")}
+    return part.model_copy(update={key: str(path) for key, path in beside.items() if path.is_file()})
+
+
+def chosen_fmu(socket: str, part: Part, request: str, remarks: list[str]) -> Part:
+    """The FMU (or mapping file) `request` in place of `part`, whose parameters go along where they fit."""
+    chosen, _ = foreign_part(Part(fmu=request), socket)
+    declared = {v.name: v for v in Fmu(Path(chosen.fmu or "")).interface.parameters}
+    kept, other = in_units_of(part.parameters, declared)
+    dropped = sorted(part.parameters.keys() - declared.keys() - chosen.parameters.keys())
+    if dropped:
+        remarks.append(f"{socket}: `{request}` has no parameters {', '.join(dropped)}; the scenario's are not used")
+    if given := sorted(kept.keys() - chosen.parameters.keys()):
+        remarks.append(f"{socket}: `{request}` is given the scenario's {', '.join(given)}")
+    remarks += [
+        f"{socket}: the scenario's {name} does not fit `{request}` ({other[name]}) and is not used"
+        for name in sorted(other.keys() - chosen.parameters.keys())
+    ]
+    return chosen.model_copy(update={"parameters": {**kept, **chosen.parameters}, "step": part.step})
+
+
+def foreign_part(part: Part, socket: str) -> tuple[Part, MappingFile | None]:
+    """A part that is an FMU, with its mapping file read. Raises `RequestError`.
+
+    `part.fmu` may name the mapping file itself, which then names the FMU; parameters that the scenario gives win over
+    those of the mapping file.
+    """
+    request = part.mapping
+    if part.fmu is not None and part.fmu.endswith(".toml"):
+        request, part = part.fmu, part.model_copy(update={"fmu": None})
+    if request is None:
+        return part, None
+    mapping = read_mapping(Path(request), socket)
+    path = mapping.fmu if part.fmu is None else Path(part.fmu)
+    if path is None:
+        raise refuse(f"{request}: fmu", "nothing", "the path of the FMU, relative to this file")
+    own = {n: Given(value=a.value, unit=a.unit, source=Path(request).name) for n, a in mapping.parameters.items()}
+    update = {"fmu": str(path), "mapping": request, "parameters": {**own, **part.parameters}}
+    return part.model_copy(update=update), mapping
+
+
+def in_their_units(part: Part, declared: Sequence[Variable]) -> Part:
+    """The part with its parameters in the units of the FMU; what cannot be converted is told when it is checked."""
+    converted, _ = in_units_of(part.parameters, {v.name: v for v in declared})
+    return part.model_copy(update={"parameters": part.parameters | converted})
+
+
+def in_units_of(
+    given: Mapping[str, Given], declared: Mapping[str, Variable]
+) -> tuple[dict[str, Given], dict[str, str]]:
+    """Values in the units that an FMU declares for its parameters, and why others cannot be given to it.
+
+    A parameter without a unit takes the number as it is.
+    """
+    found: dict[str, Given] = {}
+    other: dict[str, str] = {}
+    for name, value in given.items():
+        if name not in declared:
+            continue
+        q = declared[name].quantity
+        converted = _converted(value, q)
+        if converted is None or q.problems(name, converted.value):
+            other[name] = f"{value.value} [{value.unit}] against {q.range}"
+        else:
+            found[name] = converted
+    return found, other
+
+
+def _converted(value: Given, q: Quantity) -> Given | None:
+    """The value in the unit of `q`; None where it measures something else."""
+    if value.unit == q.unit or not (q.unit and q.type.is_float):
+        return value.model_copy(update={"unit": q.unit})
+    relation = unit_conversion(Quantity(value.unit, ""), q)
+    given: Any = value.value
+    items: list[Any] = given if isinstance(given, list) else [given]  # type: ignore[unknown]
+    if relation is None or any(isinstance(i, bool) or not isinstance(i, int | float) for i in items):
+        return None
+    numbers = [float(relation(item)) for item in items]
+    return value.model_copy(update={"unit": q.unit, "value": numbers if items is given else numbers[0]})
