@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator import recorder
+from orchestrator.master import Simulation
+from orchestrator.parquet import write_signals
+from orchestrator.rerun_stream import RerunStream
+from orchestrator.scenario import Options, prepare
+
+DRIVERS = Path("/usr/share/vulkan/icd.d")
+
+
+@pytest.fixture(scope="session")
+def kept_run():
+    """Makes run folders as a run leaves them, with `recording.rrd` and `signals.parquet` and no more than needed."""
+
+    def make(folder: Path, name: str = "static", settings: tuple[str, ...] = (), until: float | None = None) -> Path:
+        scenario = prepare(name, Options(mode="blocks", settings=settings))
+        with Simulation(scenario.system, h=scenario.h, until=until or scenario.until) as simulation:
+            simulation.run()
+            frame = simulation.frame()
+        folder.mkdir(parents=True)
+        recorder.write_system(scenario, folder)
+        write_signals(frame, scenario, folder / "signals.parquet")
+        stream = RerunStream(
+            folder / "recording.rrd", scenario.system, scenario.scene, name=folder.name, h=scenario.h, about={}
+        )
+        stream.log(frame, np.zeros(len(frame)))
+        stream.close()
+        return folder
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def graphics():
+    """Skips where there is no Vulkan driver at all."""
+    if not list(DRIVERS.glob("*.json")):
+        pytest.skip("no Vulkan driver: apt-get install mesa-vulkan-drivers libvulkan1")
