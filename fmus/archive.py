@@ -18,7 +18,7 @@ from components.interfaces.record import Variable
 from fmus.clocks import clocks
 from fmus.description import FILE, Description, read_description
 from fmus.library import binary_remark
-from fmus.ports import Port, ports, whole_name
+from fmus.ports import Port, aliases, ports, whole_name
 from fmus.unit import Interface
 from fmus.unpack import read
 from fmus.version import Version
@@ -117,6 +117,7 @@ def _interface(read_one: Description, found: list[Port]) -> Interface:
         rolls_back=_rolls_back(description),
         event_mode=read_one.version == Version.FMI3 and bool(getattr(description.coSimulation, "hasEventMode", False)),
         clocks=clocks(read_one.root),
+        aliases=aliases(description),
         undeclared=_undeclared(description, outputs),
     )
 

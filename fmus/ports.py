@@ -13,7 +13,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Any
+from math import prod
+from typing import Any, Final
 
 import numpy as np
 from fmpy.model_description import ModelDescription
@@ -22,6 +23,9 @@ from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
 from fmus.version import Version
+
+LARGEST_ARRAY: Final = 10_000_000
+"""Elements of one variable; more would fill the memory before anything ran."""
 
 _OLD_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
 _ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
@@ -48,17 +52,34 @@ def ports(root: Any, description: ModelDescription, version: Version, values: Ma
     """All ports; `values` of structural parameters give the lengths of arrays that depend on them."""
     units = {str(unit.name): _base(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
     lengths = {
-        v.valueReference: int(values.get(v.name, v.start or 0))
+        v.valueReference: _length(values.get(v.name), v)
         for v in description.modelVariables
-        if v.causality == "structuralParameter" and not v.dimensions
+        if "Int" in v.type and v.start is not None and not v.dimensions
     }
     texts = {v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")}
     found = [
         _port(variable, units, lengths, texts)
         for variable in description.modelVariables
-        if variable.causality in _CAUSALITIES and variable.type != "Clock"
+        if variable.causality in _CAUSALITIES and variable.type != "Clock" and not _is_second_name(variable)
     ]
     return list(_arrays(found)) if version == Version.FMI2 else found
+
+
+def _is_second_name(variable: Any) -> bool:
+    """Whether it is an alias of what is set: one value has one source. Outputs can be read by any of their names."""
+    return variable.alias is not None and variable.causality != "output"
+
+
+def aliases(description: ModelDescription) -> dict[str, str]:
+    """The variable that each alias of FMI 3.0 is another name of."""
+    return {v.name: v.alias.name for v in description.modelVariables if v.alias is not None}
+
+
+def _length(given: Any, variable: Any) -> int:
+    """The value of what may be the length of arrays; one that is none is told with the other parameters."""
+    if isinstance(given, int) and given >= 0 and variable.causality == "structuralParameter":
+        return given
+    return int(variable.start)
 
 
 def _base(unit: Any) -> BaseUnit:
@@ -70,6 +91,8 @@ def _port(
     variable: Any, units: Mapping[str, BaseUnit], lengths: Mapping[int, int], texts: Mapping[str, list[str]]
 ) -> Port:
     shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in variable.dimensions)
+    if prod(shape) > LARGEST_ARRAY:
+        raise ValueError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     quantity = _quantity(variable, shape, units)
     given = texts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -45,6 +45,8 @@ class Interface:
     rolls_back: bool = False
     """Whether `save` and `restore` work"""
     clocks: tuple[Clock, ...] = ()
+    aliases: Mapping[str, str] = field(default_factory=dict[str, str])
+    """Other names of inputs, outputs and parameters, each with the name it stands for"""
     undeclared: frozenset[str] = frozenset()
     """Outputs whose dependencies the file does not declare; they are taken to depend on every input"""
 

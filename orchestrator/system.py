@@ -62,15 +62,19 @@ class InProcess:
 
 @dataclass(frozen=True)
 class Fmu:
-    """An FMU file, with the parameter values that differ from its own start values."""
+    """An FMU file, with the parameter values that differ from its own start values.
+
+    `lenient` runs a file though it breaks rules of FMI; `archive.remarks` says which.
+    """
 
     path: Path
     parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    lenient: bool = False
 
     @cached_property
     def archive(self) -> Archive:
         """The file, opened and understood. Raises `RequestError`."""
-        return open_fmu(Path(self.path), self.parameters)
+        return open_fmu(Path(self.path), self.parameters, lenient=self.lenient)
 
     @property
     def interface(self) -> Interface:
@@ -139,6 +143,7 @@ def _problems(system: System) -> Iterator[Problem]:
         yield from socket.problems(name, interface.inputs, interface.outputs)
     for name, source in system.units.items():
         yield from _parameter_problems(name, source)
+    yield from _instance_problems(system)
     driven: dict[str, str] = {}
     for key, value in system.wiring.items():
         for found in _expand(system, key, value):
@@ -156,6 +161,18 @@ def _problems(system: System) -> Iterator[Problem]:
     for path in system.transformations.keys() - driven.keys():
         yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
     yield from _step_problems(system)
+
+
+def _instance_problems(system: System) -> Iterator[Problem]:
+    """Units of one FMU that a process can hold only once."""
+    once: dict[Path, str] = {}
+    for name, source in system.units.items():
+        if isinstance(source, Fmu) and source.archive.kind.canBeInstantiatedOnlyOncePerProcess:
+            other = once.setdefault(source.archive.path.resolve(), name)
+            if other != name:
+                found = f"{source.path}, which `{other}` runs too"
+                valid = "an FMU that can be instantiated more than once per process"
+                yield Problem(f"unit `{name}`", found, valid, "Copies of the file count as other FMUs.")
 
 
 def _step_problems(system: System) -> Iterator[Problem]:
@@ -218,6 +235,7 @@ def _expand(system: System, key: str, value: str) -> Iterator[Connection | Probl
         if side not in system.units:
             yield Problem(f"{value} -> {key}", f"the unknown unit `{side}`", choices(system.units))
             return
+    port = system.units[unit].interface.aliases.get(port, port)
     inputs = system.units[unit].interface.inputs
     outputs = system.units[source].interface.outputs
     names = [v.name for v in inputs]

@@ -60,7 +60,7 @@ class KeptFmu(Fmu):
 
 def keep(changed: Fmu, read: Fmu) -> KeptFmu:
     """An FMU with other parameters, from one whose file has been read already."""
-    made = KeptFmu(changed.path, changed.parameters)
+    made = KeptFmu(changed.path, changed.parameters, changed.lenient)
     vars(made)["archive"] = read.archive
     return made
 
