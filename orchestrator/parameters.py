@@ -6,9 +6,9 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
@@ -36,6 +36,8 @@ class Experiment(BaseModel):
 
     step: Given
     stop_time: Given
+    algorithm: str = "sequential"
+    solve_loops: bool = False
 
 
 class Part(BaseModel):
@@ -45,8 +47,12 @@ class Part(BaseModel):
 
     block: str | None = None
     fmu: str | None = None
+    mapping: str | None = None
+    """A mapping file: how the FMU that it names, or `fmu`, stands for the socket"""
     use: list[str] = []
     """Parameter files whose values this part takes before its own"""
+    step: Given | None = None
+    """The unit's own step, a multiple or a part of the macro step"""
     parameters: dict[str, Given] = {}
 
     def given(self, where: str) -> dict[str, Given]:
@@ -81,6 +87,8 @@ class ScenarioFile(BaseModel):
     traffic: Part
     controller: Part
     scene: Scene = Scene()
+    record: dict[str, Annotated[int, Field(ge=0)]] = {}
+    """Signals by pattern, and at every how many ticks they are recorded, 0 for never; the last that fits counts"""
 
 
 class _Set(BaseModel):

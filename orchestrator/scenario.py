@@ -6,8 +6,9 @@ import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import fmus
 from components import BLOCKS, EXTRAS
@@ -18,6 +19,9 @@ from components.interfaces.sockets import SOCKETS
 from fmus.build import build_all
 from fmus.modelica.build import build_modelica, is_modelica
 from fmus.version import Version
+from orchestrator.log import EVERYTHING, Choice
+from orchestrator.mapped import fitted
+from orchestrator.mapping_file import MappingFile
 from orchestrator.parameters import (
     SCENARIOS,
     Given,
@@ -29,16 +33,10 @@ from orchestrator.parameters import (
     read_toml,
     values_of,
 )
+from orchestrator.parts import FOREIGN, chosen_fmu, foreign_part, in_their_units, located, wiring_of
 from orchestrator.scene import Scene
+from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.system import Fmu, InProcess, Source, System
-
-WIRING: Final = {
-    "plant.actuation": "controller.actuation",
-    "traffic.ego": "plant.state",
-    "controller.ego": "plant.state",
-    "controller.obstacles": "traffic.obstacles",
-}
-"""How the three sockets are connected, in every scenario."""
 
 Mode = Literal["blocks"] | Version
 """How blocks run: in this process, or as FMUs of a version."""
@@ -55,6 +53,10 @@ class Options:
     """`controller.b_3=1e-2`"""
     step: float | None = None
     stop_time: float | None = None
+    record: Sequence[str] = ()
+    """`controller.plan.*:10`"""
+    algorithm: str | None = None
+    solve_loops: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,10 @@ class Scenario:
     until: float
     sources: Mapping[str, Mapping[str, Any]]
     """Value, unit and source of every parameter, by full path"""
+    record: Choice = field(default_factory=lambda: dict(EVERYTHING))
+    """Which signals are recorded at every how many ticks"""
+    algorithm: Algorithm = Algorithm.SEQUENTIAL
+    solve_loops: bool = False
     remarks: tuple[str, ...] = ()
 
 
@@ -149,35 +155,43 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     settings = parse_settings(options.settings)
     remarks: list[str] = []
     parts: dict[str, Part] = {}
+    mappings: dict[str, MappingFile | None] = {}
     for socket in SOCKETS:
-        part, wanted = getattr(content, socket), options.replacements.get(socket)
+        part, wanted = located(getattr(content, socket), request), options.replacements.get(socket)
         if wanted is not None:
             wanted = _as_fmu(wanted, socket, options.mode, progress)
         elif part.fmu is not None:
             part = part.model_copy(update={"fmu": _as_fmu(part.fmu, socket, options.mode, progress)})
-        parts[socket] = _replaced(socket, part, wanted, remarks)
+        parts[socket], mappings[socket] = foreign_part(_replaced(socket, part, wanted, remarks), socket)
     kinds = {s: block_named(p.block, f"{name}: {s}.block", s) for s, p in parts.items() if p.block is not None}
 
     problems: list[Problem] = []
     sources: dict[str, Mapping[str, Any]] = {}
     values: dict[str, dict[str, Any]] = {}
+    foreign: dict[str, Source] = {}
     for socket, part in parts.items():
         if part.fmu is None:
             declared, defaults = kinds[socket].parameters(), parameter_set(kinds[socket].name)
         else:
             declared, defaults = Fmu(Path(part.fmu)).interface.parameters, {}
+            part = parts[socket] = in_their_units(part, declared)  # noqa: PLW2901
         values[socket], found = values_of(socket, declared, defaults, part.parameters, settings[socket])
         problems += found
+        if part.fmu is not None:
+            fmu = Fmu(Path(part.fmu), {} if found else values[socket])
+            foreign[socket], found, told = fitted(socket, SOCKETS[socket], fmu, mappings[socket])
+            problems += found
+            remarks += told
         sources |= _sources(socket, declared, values[socket], {**defaults, **part.parameters}, settings[socket])
     scene, scene_sources, found = _scene(content.scene.parameters, settings["scene"])
     h, until, given = _experiment(content, options)
     raise_if_any([*problems, *found])
 
-    units = _units(parts, kinds, values, options.mode, progress)
+    units = _units(kinds, foreign, values, options.mode, progress)
     if options.mode != "blocks":
         inside = {socket: kind.name for socket, kind in kinds.items() if not kind.native}
         remarks += [f"{socket}: `{name}` runs in this process; it does not become C" for socket, name in inside.items()]
-    system = System(units=units, wiring=WIRING, sockets=SOCKETS)
+    system = System(units=units, wiring=wiring_of(units), sockets=SOCKETS, steps=_own_steps(parts, h))
     return Scenario(
         name=name,
         title=content.title,
@@ -186,8 +200,20 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
         h=h,
         until=until,
         sources={**sources, **scene_sources, **given},
+        record=parse_record(options.record) or content.record or EVERYTHING,
+        algorithm=algorithm_named(options.algorithm or content.experiment.algorithm),
+        solve_loops=options.solve_loops or content.experiment.solve_loops,
         remarks=tuple(remarks),
     )
+
+
+def _own_steps(parts: Mapping[str, Part], h: float) -> dict[str, Fraction]:
+    """The steps of units that have their own, as multiples of the macro step `h`. Raises `RequestError`."""
+    given = {socket: part.step for socket, part in parts.items() if part.step is not None}
+    for socket, step in given.items():
+        if step.unit != "s" or not isinstance(step.value, int | float) or not step.value > 0:
+            raise refuse(f"{socket}.step", f"`{step.value}` in `{step.unit}`", "a positive number in `s`")
+    return {socket: Fraction(step.value / h).limit_denominator(1_000_000) for socket, step in given.items()}
 
 
 def _as_fmu(request: str, socket: str, mode: Mode, progress: Callable[[str], None]) -> str:
@@ -204,22 +230,19 @@ def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[st
     given = part.given(socket)
     if replacement is None:
         return part.model_copy(update={"parameters": given})
-    if replacement.endswith(".fmu"):
-        declared = {v.name for v in Fmu(Path(replacement)).interface.parameters}
-        made = {"fmu": replacement, "block": None}
-    else:
-        declared = {v.name for v in block_named(replacement, f"--{socket}", socket).parameters()}
-        made = {"fmu": None, "block": replacement}
+    if replacement.endswith(FOREIGN):
+        return chosen_fmu(socket, part.model_copy(update={"parameters": given}), replacement, remarks)
+    declared = {v.name for v in block_named(replacement, f"--{socket}", socket).parameters()}
     kept = {n: g for n, g in given.items() if n in declared}
     dropped = sorted(given.keys() - kept.keys())
     if dropped:
         remarks.append(f"{socket}: `{replacement}` has no parameters {', '.join(dropped)}; the scenario's are not used")
-    return Part.model_validate({**made, "parameters": kept})
+    return Part(block=replacement, parameters=kept, step=part.step)
 
 
 def _units(
-    parts: Mapping[str, Part],
     kinds: Mapping[str, type[Block[Any, Any, Any]]],
+    foreign: Mapping[str, Source],
     values: Mapping[str, Mapping[str, Any]],
     mode: Mode,
     progress: Callable[[str], None],
@@ -229,9 +252,9 @@ def _units(
         native = [kind for kind in kinds.values() if kind.native]
         files = ensure_built(native, [mode], built_folder(), progress)
     units: dict[str, Source] = {}
-    for socket, part in parts.items():
-        if part.fmu is not None:
-            units[socket] = Fmu(Path(part.fmu), values[socket])
+    for socket in SOCKETS:
+        if socket in foreign:
+            units[socket] = foreign[socket]
         elif mode == "blocks" or not kinds[socket].native:
             units[socket] = InProcess(kinds[socket], values[socket])
         else:
@@ -291,6 +314,22 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
         else:
             index = None if match["index"] is None else int(match["index"])
             found[match["unit"]].append(Setting(match["unit"], match["name"], index, _literal(match["value"])))
+    raise_if_any(problems)
+    return found
+
+
+def parse_record(texts: Sequence[str]) -> dict[str, int]:
+    """`plant.*` for every tick, `controller.plan.*:10` for every tenth; later ones win. Raises `RequestError`."""
+    found: dict[str, int] = {}
+    problems: list[Problem] = []
+    for text in texts:
+        pattern, colon, every = text.rpartition(":")
+        if not colon:
+            found[text] = 1
+        elif pattern and every.isdecimal():
+            found[pattern] = int(every)
+        else:
+            problems.append(Problem(f"--record {text}", "something else", "PATTERN or PATTERN:N", "Try plant.*:10."))
     raise_if_any(problems)
     return found
 

@@ -15,7 +15,8 @@ from components.interfaces.record import combine
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
 from fmus.unit import UnitError
 from orchestrator.master import Simulation, SimulationError, simulate
-from orchestrator.scenario import WIRING, Options, prepare
+from orchestrator.parts import WIRING
+from orchestrator.scenario import Options, prepare
 from orchestrator.system import InProcess, System, block_source
 
 
