@@ -95,9 +95,8 @@ class _Model:
                 continue
             n = max(left.numel(), right.numel())
             sides = [side if side.numel() == n else ca.repmat(side, n, 1) for side in (left, right)]
-            found += [
-                _Scalar(a, b, e.place) for a, b in zip(ca.vertsplit(sides[0]), ca.vertsplit(sides[1]), strict=True)
-            ]
+            elements = zip(ca.vertsplit(sides[0]), ca.vertsplit(sides[1]), strict=True)
+            found += [_Scalar(a, b, e.place) for a, b in elements]
         raise_if_any(problems)
         return found
 
@@ -133,7 +132,10 @@ def _start(model: _Model, solved: Solved) -> Any:
         values = ca.vertsplit(value if value.numel() > 1 else ca.repmat(value, len(symbols), 1))
         begin += zip(symbols, values, strict=True)
         free += [] if v.fixed else symbols
-    equations = [_Scalar(*_inserted(solved, [e.left, e.right]), e.place) for e in model.scalars(model.flat.initial)]
+    equations: list[_Scalar] = []
+    for e in model.scalars(model.flat.initial):
+        left, right = _inserted(solved, [e.left, e.right])
+        equations.append(_Scalar(left, right, e.place))
     given = _solved(equations, ca.vertcat(ca.SX(0, 1), *free), model.flat.place, complete=False)
     taken = {symbol.element_hash() for symbol, _ in given}
     (x,) = _inserted([*(b for b in begin if b[0].element_hash() not in taken), *given], [model.column(model.states)])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -32,9 +32,7 @@ _LEFT_OUT = {
     "initial_assert_equations": "an `assert`",
     "branches": "an overconstrained connection",
 }
-EXPLICIT = (
-    "equations that give one variable after the other: explicit, continuous, of scalars and one-dimensional arrays"
-)
+EXPLICIT = "explicit, continuous equations, one variable after the other, of scalars and one-dimensional arrays"
 
 
 @dataclass(frozen=True)
@@ -92,13 +90,15 @@ def read(path: Path, model: str | None = None) -> FlatModel:
     flat, whole = compiled.to_dict("flat"), compiled.to_dict("dae")
     places = _Places(whole["source_map"]["files"], str(path))
     raise_if_any(_left_out(flat, places))
+    variables = {v["name"]: _variable(v, flat, places) for v in flat["variables"].values()}
+    raise_if_any(_bound_inputs(variables.values()))
     return FlatModel(
         name=compiled.name,
         summary=flat["model_description"] or compiled.name,
         definition=_digest(compiled.name, whole["source_map"]["files"]),
         place=str(path),
-        variables={v["name"]: _variable(v, flat, places) for v in flat["variables"].values()},
-        equations=tuple(_equations(flat["equations"], places)),
+        variables=variables,
+        equations=(*_equations(flat["equations"], places), *_bindings(variables.values())),
         initial=tuple(_equations(flat["initial_equations"], places)),
     )
 
@@ -222,6 +222,19 @@ def _equations(raw: list[Mapping[str, Any]], places: _Places) -> Iterator[Equati
     for item in raw:
         sides = item["residual"]["Binary"]  # rumoca writes every equation as left - right
         yield Equation(sides["lhs"], sides["rhs"], places(item))
+
+
+def _bindings(variables: Iterable[FlatVariable]) -> Iterator[Equation]:
+    """The equations that stand in declarations: `Real F = m*a`."""
+    for v in variables:
+        if v.binding is not None and v.role in {"output", "local"}:
+            yield Equation({"VarRef": {"name": {"name": v.name}, "subscripts": []}}, v.binding, v.place)
+
+
+def _bound_inputs(variables: Iterable[FlatVariable]) -> Iterator[Problem]:
+    for v in variables:
+        if v.binding is not None and v.role == "input":
+            yield Problem(v.place, f"the input `{v.name}` with a value", "an input without one")
 
 
 def _digest(model: str, files: list[tuple[int, str, str]]) -> str:

@@ -1,0 +1,178 @@
+"""A Modelica model as a block: the bicycle is ours to the last bit, and what does not fit is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from components import BLOCKS
+from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Type
+from components.interfaces.record import pack
+from fmus.lower import lower
+from fmus.modelica.block import modelica_block
+from fmus.modelica.flat import library
+from orchestrator.scenario import default_values
+
+BICYCLE = library() / "Examples" / "PaperBicycle.mo"
+OURS = BLOCKS["bicycle"]
+P = pack(OURS(**default_values(OURS)))
+
+
+def refusal(path, socket=None) -> str:
+    with pytest.raises(RequestError) as refused:
+        modelica_block(path, socket=socket)
+    return str(refused.value)
+
+
+def order(theirs, ours) -> list[int]:
+    """Where each of our variables stands among theirs; all are scalars."""
+    names = [v.name for v in theirs]
+    return [names.index(v.name) for v in ours]
+
+
+@pytest.fixture(scope="module")
+def bicycle():
+    return modelica_block(BICYCLE)
+
+
+def test_the_bicycle_has_the_signals_and_parameters_of_ours(bicycle):
+    theirs = bicycle.block
+    for mine, ours in (
+        (theirs.inputs(), OURS.inputs()),
+        (theirs.outputs(), OURS.outputs()),
+        (theirs.parameters(), OURS.parameters()),
+    ):
+        assert {v.name: v.quantity for v in mine} == {v.name: v.quantity for v in ours}
+    assert (theirs.name, theirs.socket.name) == ("MacroStep_Examples_PaperBicycle", "plant")
+    assert theirs.summary == "The vehicle of the paper, driving at 10 m/s"
+
+
+def test_the_example_has_the_values_of_our_parameter_set(bicycle):
+    assert bicycle.start == default_values(OURS)
+
+
+@given(
+    x=st.tuples(*(st.floats(a, b) for a, b in ((-99, 99), (-9, 9), (-3, 3), (1, 40), (-3, 3), (-2, 2)))),
+    u=st.tuples(st.floats(-0.78, 0.78), st.floats(-160, 200)),
+    h=st.floats(1e-3, 0.01),
+)
+def test_outputs_and_steps_are_those_of_our_bicycle(bicycle, x, u, h):
+    theirs, ours = lower(bicycle.block), lower(OURS)
+    p = pack(bicycle.block(**bicycle.start))
+    expected = np.asarray(ours.output(x, u, P)).ravel()
+    found = np.asarray(theirs.output(x, u, p)).ravel()[order(bicycle.block.outputs(), OURS.outputs())]
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(theirs.step(x, u, p, h), ours.step(x, u, P, h), rtol=1e-12, atol=1e-12)
+
+
+def test_feedthrough_is_that_of_our_bicycle(bicycle):
+    rows = order(bicycle.block.outputs(), OURS.outputs())
+    assert (lower(bicycle.block).feedthrough[rows] == lower(OURS).feedthrough).all()
+
+
+def test_with_plain_numbers_it_says_the_same_as_lowered(bicycle):
+    block = bicycle.block(**bicycle.start)
+    state, u = block.start(), np.array([0.1, 50.0])
+    inputs = bicycle.block.input_type(actuation=next(iter(_groups(bicycle.block.input_type)))(delta_f=0.1, T_r=50.0))
+    lowered = lower(bicycle.block)
+    assert pack(state).tolist() == [0.0, 0.0, 0.0, 10.0, 0.0, 0.0]
+    assert pack(block.output(state, inputs)) == pytest.approx(
+        np.asarray(lowered.output(pack(state), u, pack(block))).ravel(), rel=1e-12
+    )
+    assert pack(block.step(state, inputs, 0.01)) == pytest.approx(
+        np.asarray(lowered.step(pack(state), u, pack(block), 0.01)).ravel(), rel=1e-12
+    )
+
+
+def _groups(kind):
+    return [f.type for f in kind.__dataclass_fields__.values()]
+
+
+@pytest.mark.parametrize(("name", "ours"), [("Traffic/EmptyRoad", "empty_road"), ("Controller/Coast", "coast")])
+def test_the_empty_plugs_show_what_ours_show(name, ours):
+    made = modelica_block(library() / f"{name}.mo")
+    theirs, reference = lower(made.block), lower(BLOCKS[ours])
+    assert made.block.socket.name == BLOCKS[ours].socket.name
+    assert [v.name for v in made.block.outputs()] == [v.name for v in BLOCKS[ours].outputs()]
+    u = np.ones(sum(v.size for v in made.block.inputs()))
+    x = np.zeros(reference.output.size1_in(0))
+    p = pack(BLOCKS[ours](**default_values(BLOCKS[ours])))
+    found, expected = theirs.output([], u, []), reference.output(x, u, p)
+    if ours == "coast":
+        assert np.asarray(found).tolist() == np.asarray(expected).tolist()
+    else:
+        assert not np.asarray(found).any()
+        assert not np.asarray(expected)[: len(BLOCKS[ours].outputs()[0].elements)].any()
+
+
+def test_parameters_of_components_lose_their_dots_and_keep_type_range_and_value(car):
+    made = modelica_block(
+        car(
+            '  block Brake\n    parameter Real F(unit = "N", min = -1, max = 2*3) = -0.5 "force";\n'
+            "    parameter Integer n = 2;\n    parameter Boolean on = true;\n  end Brake;\n  Brake brake;\n"
+            "  parameter Real table[2] = {1, -2};",
+            "  der(state.v_x) = if brake.on then brake.F*brake.n else table[2];",
+        )
+    )
+    assert made.start == {"brake_F": -0.5, "brake_n": 2, "brake_on": True, "table": [1.0, -2.0]}
+    quantities = {v.name: v.quantity for v in made.block.parameters()}
+    force = quantities["brake_F"]
+    assert (force.unit, force.description, force.min, force.max) == ("N", "force", -1.0, 6.0)
+    assert (quantities["brake_n"].type, quantities["brake_on"].type) == (Type.INT32, Type.BOOLEAN)
+    step = lower(made.block).step(np.zeros(2), np.zeros(2), pack(made.block(**made.start)), 0.01)
+    assert np.asarray(step).ravel()[1] == pytest.approx(-0.01, rel=1e-12)
+
+
+def test_a_model_that_fits_no_socket_is_refused_for_the_one_it_fits_best(written):
+    path = written("block M\n  input Real u;\n  output Real y = u;\nend M;\n")
+    assert f"{path}: M.actuation.delta_f: found nothing; valid: an output `actuation.delta_f`" in refusal(path)
+
+
+def test_a_model_for_another_socket_is_refused(car):
+    path = car()
+    assert f"{path}: Car.obstacles.valid: found nothing; valid: an output `obstacles.valid`" in refusal(path, "traffic")
+
+
+def test_a_unit_that_is_not_the_sockets_is_refused(written):
+    path = written(
+        """block M
+  MacroStep.Interfaces.ActuationInput actuation;
+  record State
+    Real x(unit = "m");
+    Real y(unit = "m");
+    Real psi(unit = "rad");
+    Real v_x(unit = "1");
+    Real v_y(unit = "m/s");
+    Real r(unit = "rad/s");
+  end State;
+  connector StateOutput = output State;
+  StateOutput state;
+equation
+  state.x = 0;
+  state.y = 0;
+  state.psi = 0;
+  state.v_x = 0;
+  state.v_y = 0;
+  state.r = 0;
+end M;
+"""
+    )
+    assert refusal(path, "plant") == (f"{path}: M.state.v_x: found Float64 in `1`; valid: Float64 in `m/s`")
+
+
+def test_a_unit_that_nobody_knows_is_refused_with_its_line(car):
+    path = car('  parameter Real k(unit = "furlong") = 1;')
+    said = refusal(path)
+    assert said.startswith(f"{path}:3: found `k` in `furlong`; valid: 1, 1/m, ")
+    assert said.endswith("s4/rad2. Write it in one of these.")
+
+
+def test_names_that_are_the_same_without_dots_are_refused(car):
+    path = car("  block B\n    parameter Real k = 1;\n  end B;\n  B b;\n  parameter Real b_k = 2;")
+    said = refusal(path)
+    assert "`b_k`" in said
+    assert "`b.k`" in said
+    assert said.endswith("valid: names that differ without dots")

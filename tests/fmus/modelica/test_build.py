@@ -1,0 +1,47 @@
+"""From a Modelica file to an FMU, which is rebuilt when the text changes and not otherwise."""
+
+from __future__ import annotations
+
+import pytest
+from fmpy.validation import validate_fmu
+
+from components.interfaces.problem import RequestError
+from fmus.modelica.build import build_modelica, is_modelica
+from fmus.modelica.flat import library
+from fmus.version import Version
+
+
+@pytest.mark.parametrize(
+    ("request_", "expected"),
+    [("a.mo", True), ("/b/a.mo:P.M", True), ("a.fmu", False), ("bicycle", False), ("a.mo:", False), (".mo", False)],
+)
+def test_what_is_a_modelica_file(request_, expected):
+    assert is_modelica(request_) is expected
+
+
+@pytest.mark.parametrize("version", list(Version))
+def test_the_fmu_is_valid(tmp_path, version):
+    built = build_modelica(str(library() / "Examples" / "PaperBicycle.mo"), version, tmp_path)
+    assert built.path == tmp_path / f"fmi{version}" / "MacroStep_Examples_PaperBicycle.fmu"
+    assert validate_fmu(str(built.path)) == []
+
+
+def test_it_is_built_again_only_when_the_text_has_changed(tmp_path, car):
+    def built(equations: str):
+        return build_modelica(f"{car('', equations)}:Car", Version.FMI3, tmp_path)
+
+    first = built("  der(state.v_x) = actuation.T_r;")
+    again = built("  der(state.v_x) = actuation.T_r;")
+    changed = built("  der(state.v_x) = 2*actuation.T_r;")
+    assert (first.rebuilt, again.rebuilt, changed.rebuilt) == (True, False, True)
+
+
+def test_parameters_without_a_value_are_told_all_at_once(tmp_path, car):
+    path = car('  parameter Real m(unit = "kg", min = 1);\n  parameter Real k;')
+    with pytest.raises(RequestError) as refused:
+        build_modelica(str(path), Version.FMI3, tmp_path)
+    remedy = "Parameters have no default: give it a start value."
+    assert str(refused.value) == (
+        f"Car.m: found no value; valid: 1 <= finite number [kg]. {remedy}\n"
+        f"Car.k: found no value; valid: finite number. {remedy}"
+    )

@@ -1,0 +1,176 @@
+"""What is read of a Modelica file, and what is refused before any equation is looked at."""
+
+from __future__ import annotations
+
+import builtins
+
+import pytest
+
+from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Type
+from fmus.modelica.flat import EXPLICIT, library, read
+
+
+def refusal(path, model=None) -> str:
+    with pytest.raises(RequestError) as refused:
+        read(path, model)
+    return str(refused.value)
+
+
+def test_variables_keep_type_role_unit_and_description(written):
+    found = read(
+        written(
+            """block M "a model"
+  type Mass = Real(unit = "kg", min = 0);
+  parameter Mass m = 2 "mass";
+  parameter Integer n;
+  parameter Real twice(unit = "kg") = 2*m;
+  final parameter Boolean flag = true;
+  constant Real g = 9.81;
+  input Real u(unit = "N");
+  output Real y[2](each unit = "m");
+  Real within_it;
+protected
+  parameter Real hidden = 3;
+equation
+  within_it = u;
+  y = {within_it, m};
+end M;
+"""
+        )
+    )
+    assert (found.name, found.summary) == ("M", "a model")
+    kinds = {v.name: (v.role, v.type, v.shape, v.unit) for v in found.variables.values()}
+    assert kinds == {
+        "m": ("parameter", Type.FLOAT64, (), "kg"),
+        "n": ("parameter", Type.INT32, (), "1"),
+        "twice": ("dependent", Type.FLOAT64, (), "kg"),
+        "flag": ("dependent", Type.BOOLEAN, (), "1"),
+        "g": ("dependent", Type.FLOAT64, (), "1"),
+        "u": ("input", Type.FLOAT64, (), "N"),
+        "y": ("output", Type.FLOAT64, (2,), "m"),
+        "within_it": ("local", Type.FLOAT64, (), "1"),
+        "hidden": ("dependent", Type.FLOAT64, (), "1"),
+    }
+    assert found.variables["m"].description == "mass"
+    assert found.variables["n"].binding is None  # and not 0
+
+
+def test_inputs_and_outputs_of_components_are_not_those_of_the_model(written):
+    found = read(
+        written(
+            """block M
+  block Gain
+    input Real u;
+    output Real y;
+    parameter Real k = 2;
+  equation
+    y = k*u;
+  end Gain;
+  input Real u;
+  output Real y;
+  Gain first(k = 3);
+equation
+  first.u = u;
+  y = first.y;
+end M;
+"""
+        )
+    )
+    roles = {v.name: v.role for v in found.variables.values()}
+    assert roles == {"u": "input", "y": "output", "first.u": "local", "first.y": "local", "first.k": "parameter"}
+
+
+def test_equations_know_their_file_and_line(written):
+    path = written("block M\n  output Real y;\n  output Real z;\nequation\n  y = 1;\n\n  z = 2;\nend M;\n")
+    assert [e.place for e in read(path).equations] == [f"{path}:5", f"{path}:7"]
+
+
+def test_the_definition_changes_with_the_text_and_with_the_model(written):
+    text = (
+        "package P\n  block A\n    output Real y = 1;\n  end A;\n  block B\n    output Real y = 1;\n  end B;\nend P;\n"
+    )
+    path = written(text)
+    a, again, b = read(path, "P.A"), read(path, "P.A"), read(path, "P.B")
+    changed = read(written(text.replace("y = 1", "y = 2")), "P.A")
+    assert a.definition == again.definition
+    assert len({a.definition, b.definition, changed.definition}) == 3
+
+
+LEFT_OUT = {
+    "when": ("  Real x(start = 1);\nequation\n  der(x) = 1;\n  when x > 2 then\n    reinit(x, 0);\n  end when;", 5),
+    "algorithm": ("  Real x;\nalgorithm\n  x := 1;", 4),
+    "assert": ('  Real x;\nequation\n  x = 1;\n  assert(x > 0, "no");', 5),
+}
+WORDS = {"when": "a `when` equation", "algorithm": "an `algorithm` section", "assert": "an `assert`"}
+
+
+@pytest.mark.parametrize("kind", LEFT_OUT)
+def test_what_is_left_out_is_refused_with_its_line(written, kind):
+    body, line = LEFT_OUT[kind]
+    path = written(f"model M\n{body}\nend M;\n")
+    assert refusal(path) == f"{path}:{line}: found {WORDS[kind]}; valid: {EXPLICIT}"
+
+
+def test_variables_of_other_kinds_are_refused_all_at_once(written):
+    path = written(
+        """model M
+  type E = enumeration(a, b);
+  E e = E.a;
+  Real q[2, 2] = {{1, 2}, {3, 4}};
+  parameter String s = "text";
+end M;
+"""
+    )
+    assert refusal(path).splitlines() == [
+        f"{path}:3: found `e`, a variable of the type E; valid: Real, Integer or Boolean",
+        f"{path}:4: found `q`, an array with 2 dimensions; valid: {EXPLICIT}",
+        f"{path}:5: found `s`, a variable of the type String; valid: Real, Integer or Boolean",
+    ]
+
+
+def test_a_partial_model_is_refused():
+    path = library() / "Interfaces" / "Plant.mo"
+    assert refusal(path) == (
+        f"{path}: found a partial model; valid: a model that is complete. Extend it, and fill what it leaves."
+    )
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    assert refusal(tmp_path / "none.mo") == f"{tmp_path / 'none.mo'}: found no such file; valid: a Modelica file (.mo)"
+
+
+def test_text_that_is_no_modelica_is_refused_with_its_line(written):
+    path = written("block M\n  Real x\nequation\nend M;\n")
+    assert refusal(path) == f"{path}:2: found text that is no Modelica (unexpected `x`); valid: a Modelica class"
+
+
+def test_one_of_several_models_has_to_be_named(written):
+    path = written("package P\n  block A\n  end A;\n  block B\n  end B;\nend P;\n")
+    assert refusal(path) == f"{path}: found several models; valid: one of P.A, P.B. Name it: {path}:MODEL."
+    assert read(path, "P.B").name == "P.B"
+
+
+def test_what_rumoca_refuses_is_passed_on(written):
+    path = written("block M\n  output Real y;\n  output Real z;\nequation\n  y = 1;\nend M;\n")
+    assert refusal(path).startswith(f"{path}: found what rumoca cannot compile: ")
+    assert "unbalanced model: 1 equations, 2 unknowns" in refusal(path)
+    assert refusal(path, "Other") == (
+        f"{path}: found what rumoca cannot compile of `Other`: Other could not be compiled because resolve/parse "
+        "failed; valid: a complete, balanced model"
+    )
+
+
+def test_without_rumoca_it_says_what_to_install(written, monkeypatch):
+    path = written("block M\nend M;\n")
+    importing = builtins.__import__
+
+    def without(name, *arguments, **named):
+        if name == "rumoca":
+            raise ImportError(name)
+        return importing(name, *arguments, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert refusal(path) == (
+        f"{path}: found a Modelica file, and no rumoca to read it; valid: rumoca. Install macrostep[modelica]."
+    )
