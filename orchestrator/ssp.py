@@ -100,7 +100,7 @@ def _description(scenario: Scenario) -> Element:
     _experiment(root, scenario)
     annotations = _add(root, SSD, "Annotations")
     annotation = _add(annotations, SSC, "Annotation", type="org.macrostep")
-    _add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario))
+    _add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario), default=_plain)
     return root
 
 
@@ -108,6 +108,10 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
     """One connection, or one per element. A conversion is written in full: most tools convert no units themselves."""
     starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
     ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+    if old and wire.output_element is not None:
+        starts = [starts[wire.output_element.at]]
+    if old and wire.input_element is not None:
+        ends = [ends[wire.input_element.at]]
     for start, end in zip(starts, ends, strict=True):
         made = _add(
             parent,
@@ -118,20 +122,26 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
             endElement=wire.unit,
             endConnector=end,
         )
-        if wire.conversion != IDENTITY:
+        if not old:
+            for side, element in (("start", wire.output_element), ("end", wire.input_element)):
+                if element is not None:
+                    made.set(f"{side}Indices", element.name.rpartition("[")[2].rstrip("]").replace(",", " "))
+        if wire.conversion != IDENTITY or wire.target in system.unconverted:
             made.set("suppressUnitConversion", "true")
             _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
 
 
 def _transformation(parent: Element, transformation: Transformation, q: Quantity) -> None:
+    if transformation == IDENTITY:
+        return
     if isinstance(transformation, Linear):
         values = {"factor": repr(transformation.factor), "offset": repr(transformation.offset)}
         _add(parent, SSC, "LinearTransformation", **values)
         return
-    label = str(q.type) if q.type in {Type.BOOLEAN, Type.ENUMERATION} else "Integer"
-    table = _add(parent, SSC, f"{label}MappingTransformation")
-    for source, target in transformation.table.items():
-        _add(table, SSC, "MapEntry", source=literal(source, q), target=literal(target, q))
+    table = _add(parent, SSC, f"{'Boolean' if q.type is Type.BOOLEAN else 'Integer'}MappingTransformation")
+    for entry in transformation.table.items():  # enumerations by their numbers: the two may have different items
+        source, target = (literal(v, q) if q.type is Type.BOOLEAN else str(int(v)) for v in entry)
+        _add(table, SSC, "MapEntry", source=source, target=target)
 
 
 def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
@@ -177,7 +187,7 @@ def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Varia
 
 
 def _extras(scenario: Scenario) -> dict[str, Any]:
-    held = {path: np.asarray(value).tolist() for path, value in scenario.system.held.items()}
+    held = {path: np.asarray(value, dtype=object).tolist() for path, value in scenario.system.held.items()}
     return {
         "step": scenario.h,
         "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
@@ -186,6 +196,11 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
         "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
         "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
     }
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has no word for: bytes, as hexadecimal digits, and numbers of NumPy."""
+    return value.hex() if isinstance(value, bytes) else value.item()
 
 
 def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
