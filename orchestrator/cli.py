@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
-from enum import StrEnum
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,13 +12,16 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from orchestrator import run_options
 from orchestrator.drawing import FigureProcess
+from orchestrator.recording_process import RecordingProcess
+from orchestrator.run_options import Fmi
 
 # The commands import what they need themselves: a person waits for every library that is imported here, and while
 # `run` imports its own, the process for the figures does the same on another core.
 
-FAULT, WRONG = 1, 2
-"""Exit codes: the run ended in a fault; the request was wrong."""
+FAULT, WRONG, INTERRUPTED = 1, 2, 130
+"""Exit codes: the run ended in a fault; the request was wrong; Ctrl-C."""
 
 app = typer.Typer(
     help="Co-simulate an automated vehicle: plant, traffic and controller as FMI components, inspected in Rerun.",
@@ -30,13 +32,6 @@ app = typer.Typer(
 )
 out = Console(soft_wrap=True, highlight=False)
 err = Console(stderr=True, soft_wrap=True, highlight=False)
-
-
-class Fmi(StrEnum):
-    """Versions of FMI."""
-
-    TWO = "2"
-    THREE = "3"
 
 
 @contextmanager
@@ -54,32 +49,35 @@ def _working() -> Generator[Callable[[str], None]]:
 
 @app.command()
 def run(  # noqa: PLR0913 - one parameter per option of the command
-    scenario: Annotated[
-        str, typer.Argument(metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file or a run folder.")
-    ],
-    plant: Annotated[str | None, typer.Option(help="Another plant: a block or FILE.fmu.")] = None,
-    traffic: Annotated[str | None, typer.Option(help="Other traffic: a block or FILE.fmu.")] = None,
-    controller: Annotated[str | None, typer.Option(help="Another controller: a block or FILE.fmu.")] = None,
-    setting: Annotated[
-        list[str] | None, typer.Option("--set", help="Change a parameter: `controller.b_3=1e-2`. Repeatable.")
-    ] = None,
-    fmi: Annotated[Fmi, typer.Option(help="Version of FMI that blocks run as.")] = Fmi.THREE,
-    blocks: Annotated[bool, typer.Option("--blocks", help="Run blocks in this process, without a compiler.")] = False,  # noqa: FBT002
-    stop_time: Annotated[float | None, typer.Option(help="End of the run [s].")] = None,
-    step: Annotated[float | None, typer.Option(help="Macro step [s].")] = None,
-    folder: Annotated[
-        Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
-    ] = None,
+    scenario: run_options.Request,
+    plant: run_options.Plant = None,
+    traffic: run_options.Traffic = None,
+    controller: run_options.Controller = None,
+    setting: run_options.Settings = None,
+    fmi: run_options.FmiVersion = Fmi.THREE,
+    blocks: run_options.Blocks = False,  # noqa: FBT002
+    stop_time: run_options.StopTime = None,
+    step: run_options.Step = None,
+    algorithm: run_options.MasterAlgorithm = None,
+    solve_loops: run_options.SolveLoops = False,  # noqa: FBT002
+    folder: run_options.Out = None,
+    record: run_options.Record = None,
+    live: run_options.Live = False,  # noqa: FBT002
+    no_viewer: run_options.NoViewer = False,  # noqa: FBT002
+    web: run_options.Web = False,  # noqa: FBT002
+    connect: run_options.Connect = None,
+    realtime: run_options.Realtime = None,
 ) -> None:
     """Run a scenario and write its run folder.
 
     The FMUs it needs are built on the way. Exit code 0: all well; 1: the run ended in a fault, everything up to it is
-    in the folder; 2: the request was wrong, nothing was written.
+    in the folder; 2: the request was wrong, nothing was written; 130: Ctrl-C, everything up to it is in the folder.
     """
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
-    with _working() as progress, FigureProcess() as drawing:
+    with _working() as progress, FigureProcess() as drawing, RecordingProcess() as recording, ExitStack() as watching:
         from fmus.version import Version  # noqa: PLC0415
-        from orchestrator.run import execute, load  # noqa: PLC0415
+        from orchestrator.live import Live, wish  # noqa: PLC0415
+        from orchestrator.run import Beside, execute, load  # noqa: PLC0415
         from orchestrator.scenario import Options  # noqa: PLC0415
 
         options = Options(
@@ -88,15 +86,33 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             settings=setting or [],
             step=step,
             stop_time=stop_time,
+            record=record or [],
+            algorithm=algorithm,
+            solve_loops=solve_loops,
         )
+        wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
         loaded = load(scenario, options, progress)
-        finished = execute(loaded, folder, progress, drawing)
-    for remark in loaded.remarks:
-        err.print(f"note: {remark}")
+        stream = None if wanted is None else watching.enter_context(Live(wanted, _tell))
+        finished = execute(loaded, folder, progress, Beside(drawing, recording, stream, realtime))
+    for remark in loaded.remarks + finished.notes:
+        err.print(f"note: {remark}", markup=False)
     _report(finished.summary, finished.folder)
-    if finished.fault is not None:
-        err.print(f"macrostep: the run ended in a fault at {finished.fault}", style="red")
-        raise typer.Exit(FAULT)
+    if finished.ended is not None:
+        raise typer.Exit(_ended_early(finished.ended, finished.summary))
+
+
+def _tell(text: str) -> None:
+    """Something a person may want to know while the run goes on."""
+    err.print(text, markup=False)
+
+
+def _ended_early(reason: Exception | KeyboardInterrupt, told: dict[str, Any]) -> int:
+    """Say why a run ended before its time, and give the exit code."""
+    if isinstance(reason, KeyboardInterrupt):
+        err.print(f"macrostep: interrupted after {told['experiment']['ticks']} ticks", style="red")
+        return INTERRUPTED
+    err.print(f"macrostep: the run ended in a fault at {reason}", style="red")
+    return FAULT
 
 
 def _report(told: dict[str, Any], folder: Path) -> None:
@@ -105,6 +121,8 @@ def _report(told: dict[str, Any], folder: Path) -> None:
     title = f"{told['scenario']}: {experiment['ticks']} ticks of {experiment['step']:g} s"
     if timing:
         title += f", {timing['step_median_us']:.0f} us per step (median)"
+    if "realtime" in told:
+        title += f", {_pace(told['realtime'])}"
     out.print(f"[bold]{title}[/bold]")
     for name, holds in told["verdicts"].items():
         mark = "[green]yes[/green]" if holds else "[red]no[/red]"
@@ -117,11 +135,60 @@ def _report(told: dict[str, Any], folder: Path) -> None:
     out.print(f"Look at it with: macrostep show {folder}")
 
 
+def _pace(told: dict[str, Any]) -> str:
+    late = (
+        f"{told['late_ticks']} late, the worst by {told['worst_s'] * 1e3:.1f} ms" if told["late_ticks"] else "none late"
+    )
+    return f"at {told['factor']:g} x real time ({late})"
+
+
+@app.command()
+def export(  # noqa: PLR0913 - one parameter per option of the command
+    scenario: run_options.Request,
+    ssp: Annotated[Path | None, typer.Option(metavar="FILE.ssp", help="Write the system as an SSP file.")] = None,
+    container: Annotated[Path | None, typer.Option(metavar="FILE.fmu", help="Write the system as one FMU.")] = None,
+    plant: run_options.Plant = None,
+    traffic: run_options.Traffic = None,
+    controller: run_options.Controller = None,
+    setting: run_options.Settings = None,
+    fmi: Annotated[Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads.")] = None,
+    stop_time: run_options.StopTime = None,
+    step: run_options.Step = None,
+    algorithm: run_options.MasterAlgorithm = None,
+) -> None:
+    """Write a scenario's system for other tools, without running it.
+
+    The container steps in the order of the algorithm: sequential (no hidden delay) or jacobi.
+    """
+    chosen = {"plant": plant, "traffic": traffic, "controller": controller}
+    with _working() as progress:
+        progress("getting ready")
+        from fmus.version import Version  # noqa: PLC0415
+        from orchestrator.export import Targets, default_mode, write  # noqa: PLC0415
+        from orchestrator.scenario import Options  # noqa: PLC0415
+
+        options = Options(
+            mode=default_mode(scenario) if fmi is None else Version(int(fmi)),
+            replacements={socket: name for socket, name in chosen.items() if name is not None},
+            settings=setting or [],
+            step=step,
+            stop_time=stop_time,
+            algorithm=algorithm,
+        )
+        written = write(scenario, options, Targets(ssp, container), progress)
+    for remark in written.remarks:
+        err.print(f"note: {remark}", markup=False)
+    for line in written.lines:
+        out.print(line, markup=False)
+
+
 @app.command()
 def build(
     models: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[FILE.mo]...", help="Modelica files to build instead; FILE.mo:MODEL for one of several."),
+        typer.Argument(
+            metavar="[FILE.mo]...", help="Modelica files to build instead; FILE.mo:MODEL for one of several."
+        ),
     ] = None,
     fmi: Annotated[Fmi | None, typer.Option(help="Only this version of FMI; both if not given.")] = None,
     folder: Annotated[Path | None, typer.Option("--out", help="Where to write fmi2/ and fmi3/.")] = None,
@@ -215,7 +282,8 @@ def show(
     """
     from orchestrator import viewer  # noqa: PLC0415
 
-    viewer.show(runs, difference or [], lambda text: err.print(text, markup=False), web=web)
+    tell: Callable[[str], None] = lambda text: err.print(text, markup=False)  # noqa: E731
+    viewer.show(runs, difference or [], tell, web=web, picture=picture, times=at or [])
 
 
 def main() -> None:

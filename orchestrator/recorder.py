@@ -65,7 +65,7 @@ def _numbered(path: Path) -> bool:
 
 
 def summary(
-    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, fault: SimulationError | None
+    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, ended: SimulationError | KeyboardInterrupt | None
 ) -> dict[str, Any]:
     """The run in one page, for a person and for a machine."""
     roles = {socket.name: unit for unit, socket in scenario.system.sockets.items()}
@@ -74,20 +74,27 @@ def summary(
     told: dict[str, Any] = {
         "scenario": scenario.name,
         "title": scenario.title,
-        "status": "finished" if fault is None else "fault",
+        "status": status(ended),
         "metrics": found,
         "verdicts": metrics.verdicts(found),
         "experiment": {"step": scenario.h, "stop_time": scenario.until, "ticks": len(frame)},
         "schedule": str(simulation.schedule),
-        "units": {name: _unit(scenario.system, name) for name in scenario.system.units},
+        "units": units(scenario.system),
         "connections": [str(c) for c in scenario.system.connections],
         "parameters": scenario.sources,
         "timing": _timing(times) if len(frame) else {},
         "versions": versions(),
     }
-    if fault is not None:
-        told["fault"] = {"tick": fault.tick, "time": fault.time, "unit": fault.unit, "reason": fault.reason}
+    if isinstance(ended, SimulationError):
+        told["fault"] = {"tick": ended.tick, "time": ended.time, "unit": ended.unit, "reason": ended.reason}
     return told
+
+
+def status(ended: SimulationError | KeyboardInterrupt | None) -> str:
+    """How a run ended, in a word."""
+    if ended is None:
+        return "finished"
+    return "fault" if isinstance(ended, SimulationError) else "interrupted"
 
 
 def _timing(times: np.ndarray[Any, Any]) -> dict[str, float]:
@@ -97,6 +104,11 @@ def _timing(times: np.ndarray[Any, Any]) -> dict[str, float]:
         "step_p99_us": float(np.percentile(times, 99)),
         "stepping_total_s": float(times.sum() / 1e6),
     }
+
+
+def units(system: System) -> dict[str, dict[str, Any]]:
+    """What fills each place in the system, and how it runs."""
+    return {name: _unit(system, name) for name in system.units}
 
 
 def _unit(system: System, name: str) -> dict[str, Any]:

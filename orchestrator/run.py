@@ -1,4 +1,4 @@
-"""One run from request to folder: prepare, step, record, and keep what there is when something fails."""
+"""One run from request to folder: prepare, step, record beside it, and keep what there is when something fails."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from components.interfaces.problem import refuse
 from orchestrator import recorder, ssp_reader
 from orchestrator.drawing import FigureProcess
+from orchestrator.live import Live
 from orchestrator.master import Simulation, SimulationError
+from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
+from orchestrator.provenance import versions
+from orchestrator.recording import Afterwards
+from orchestrator.recording_process import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_settings, prepare
+
+RECORDING = "recording.rrd"
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,10 @@ class Finished:
 
     folder: Path
     summary: dict[str, Any]
-    fault: SimulationError | None
+    ended: SimulationError | KeyboardInterrupt | None
+    """What ended the run before its time"""
+    notes: tuple[str, ...]
+    """What did not go well beside it"""
 
 
 def load(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
@@ -46,27 +54,60 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     return prepare(request, options, progress)
 
 
-def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], drawing: FigureProcess) -> Finished:
-    """Run `scenario` and write its folder; a fault ends the run and keeps every row up to it. Raises `RequestError`."""
-    simulation = Simulation(scenario.system, h=scenario.h, until=scenario.until)
+@dataclass(frozen=True)
+class Beside:
+    """What goes on beside the stepping."""
+
+    drawing: FigureProcess
+    recording: Recorder
+    live: Live | None = None
+    """Who streams to a viewer"""
+    realtime: float | None = None
+    """Seconds to simulate in a second; as fast as possible if not given"""
+
+
+def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], beside: Beside) -> Finished:
+    """Run `scenario` and write its folder; a fault or Ctrl-C ends the run and keeps every row up to it.
+
+    Raises `RequestError`.
+    """
+    pacer = None if beside.realtime is None else Pacer(beside.realtime, scenario.h)
+    simulation = Simulation(
+        scenario.system,
+        h=scenario.h,
+        until=scenario.until,
+        record=scenario.record,
+        algorithm=scenario.algorithm,
+        solve_loops=scenario.solve_loops,
+    )
+    streams: list[Recorder] = [beside.recording] if beside.live is None else [beside.recording, beside.live]
     with ExitStack() as running:
         fault = _attempt(lambda: running.enter_context(simulation))  # a library that cannot be loaded leaves no folder
         folder = recorder.new_folder(scenario.name, out)
         recorder.write_system(scenario, folder)
-        if fault is None:
-            progress(f"stepping {scenario.name}")
-            fault = _attempt(simulation.run)
+        request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
+        for stream in streams:
+            stream.begin(request, simulation)
+        if pacer is not None:
+            for stream in streams:
+                stream.wait_until_open()
+        progress(f"stepping {scenario.name}")
+        ended = fault or _step(simulation, pacer)
+    for stream in streams:
+        stream.end({**request.about, "status": recorder.status(ended)})
     frame = simulation.frame()
     write_signals(frame, scenario, folder / "signals.parquet")
-    drawing.start(folder)
-    told = recorder.summary(scenario, simulation, frame, fault)
+    beside.drawing.start(folder)
+    told = recorder.summary(scenario, simulation, frame, ended)
+    if pacer is not None:
+        told["realtime"] = pacer.report()
     progress("writing the recording")
-    _record(scenario, simulation, frame, told, folder)
+    notes = _recorded(beside, request, simulation, told["status"])
     progress("drawing the figures")
-    if failed := drawing.wait():
+    if failed := beside.drawing.wait():
         told["figures"] = f"not drawn: {failed.splitlines()[-1]}"
     recorder.write_summary(told, folder)
-    return Finished(folder, told, fault)
+    return Finished(folder, told, ended, notes)
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:
@@ -77,26 +118,40 @@ def _attempt(action: Callable[[], object]) -> SimulationError | None:
     return None
 
 
-def _record(
-    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, told: dict[str, Any], folder: Path
-) -> None:
-    from orchestrator.rerun_stream import RerunStream  # noqa: PLC0415 - Rerun is slow to import
-
-    about = {
-        "scenario": f"{scenario.name}: {scenario.title}",
-        "status": told["status"],
-        **{f"unit {name}": f"{unit['kind']}, {unit['runs_as']}" for name, unit in told["units"].items()},
-        **told["versions"],
-    }
-    stream = RerunStream(
-        folder / "recording.rrd",
-        scenario.system,
-        scenario.scene,
-        name=scenario.name,
-        h=scenario.h,
-        about=about,
-    )
+def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | KeyboardInterrupt | None:
+    """Step to the end; what ended it before, if anything."""
     try:
-        stream.log(frame, simulation.step_times)
-    finally:
-        stream.close()
+        if pacer is None:
+            simulation.run()
+        else:
+            for tick in range(simulation.last_tick + 1):
+                pacer.wait(tick)
+                simulation.step()
+                pacer.done(tick)
+    except (SimulationError, KeyboardInterrupt) as error:
+        return error
+    return None
+
+
+def _recorded(beside: Beside, request: Request, simulation: Simulation, status: str) -> tuple[str, ...]:
+    """Wait for the recording and the viewer; notes on what went wrong."""
+    problem = beside.recording.wait()
+    if problem:  # its process died, but the rows are here
+        again = Afterwards()
+        again.begin(request, simulation)
+        again.end({**request.about, "status": status})
+        problem = again.wait()
+    notes = [f"recording.rrd is not whole: {problem}"] if problem else []
+    notes += [behind] if beside.live is not None and (behind := beside.live.wait()) else []
+    return tuple(notes)
+
+
+def _about(scenario: Scenario) -> dict[str, str]:
+    """The run's provenance, for a person who looks at its recording."""
+    units = recorder.units(scenario.system)
+    return {
+        "scenario": f"{scenario.name}: {scenario.title}",
+        "status": "running",
+        **{f"unit {name}": f"{unit['kind']}, {unit['runs_as']}" for name, unit in units.items()},
+        **versions(),
+    }

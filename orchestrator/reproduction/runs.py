@@ -19,6 +19,7 @@ from orchestrator import run as runner
 from orchestrator import scenario
 from orchestrator.drawing import FigureProcess, draw_folder
 from orchestrator.recorder import SUMMARY
+from orchestrator.recording import Afterwards
 from orchestrator.reproduction.experiments import Experiments, Role, Run
 from orchestrator.scenario import Options
 
@@ -100,7 +101,7 @@ def execute(run: Run, folder: Path) -> Outcome:
     """One run with its folder; those of a sweep without figures."""
     made = scenario.prepare(run.scenario, options(run))
     drawing = _Drawn(wanted=run.role is not Role.SWEEP)
-    runner.execute(made, folder, lambda _: None, drawing)
+    runner.execute(made, folder, lambda _: None, runner.Beside(drawing, Afterwards()))
     return Outcome(run, folder, made.remarks)
 
 

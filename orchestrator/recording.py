@@ -1,0 +1,132 @@
+"""Writing `recording.rrd`: never far behind while the run steps, and small in the end.
+
+A recording is small in batches of hundreds of rows, but a run that is killed should lose no more than a second of them.
+A slow run therefore writes two files: the recording, with a small batch every second, and beside it a tidy one in large
+batches, which takes the place of the first when the run has ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from orchestrator import ssp_reader
+from orchestrator.log import Batch
+from orchestrator.recording_process import Request
+from orchestrator.scenario import Scenario
+
+if TYPE_CHECKING:  # slow to import, and only the names are needed
+    from orchestrator.master import Simulation
+    from orchestrator.rerun_stream import RerunStream
+
+LARGE: Final = 600
+"""rows of a batch; more of them hardly make a row smaller"""
+_SLOW: Final = 200
+"""rows; a run that has fewer of them for its first batch gets a tidy file"""
+
+
+class Recording:
+    """The recording of one run, in a file or in the viewer at a URL."""
+
+    def __init__(self, request: Request, scenario: Scenario) -> None:
+        self._request, self._scenario = request, scenario
+        self._file = request.sink if isinstance(request.sink, Path) else None
+        self._stream = self._open(request.sink)
+        self._tidy: RerunStream | None = None
+        self._pending: list[Batch] = []
+        self._begun = False
+
+    def log(self, batches: Sequence[Batch], *, last: bool = False) -> None:
+        """Write rows; with the last of them, or with many, there is nothing to tidy up later."""
+        if not self._begun and self._file is not None and not last and sum(map(len, batches)) < _SLOW:
+            self._tidy = self._open(_beside(self._file))
+        self._begun = True
+        self._send(self._stream, batches)
+        self._stream.flush()
+        if self._tidy is not None:
+            self._pending += batches
+            if sum(map(len, self._pending)) >= LARGE:
+                self._send(self._tidy, joined(self._pending))
+                self._pending = []
+
+    def close(self, about: Mapping[str, str]) -> None:
+        """Write what is left, and what is known of the run in the end."""
+        if self._tidy is None or self._file is None:
+            self._stream.close(about)
+            return
+        self._send(self._tidy, joined(self._pending))
+        self._tidy.close(about)
+        self._stream.close(about)
+        _beside(self._file).replace(self._file)
+
+    def _open(self, sink: Path | str) -> RerunStream:
+        from orchestrator.rerun_stream import RerunStream  # noqa: PLC0415
+
+        scenario = self._scenario
+        return RerunStream(
+            sink,
+            scenario.system,
+            scenario.scene,
+            name=scenario.name,
+            h=scenario.h,
+            about=self._request.about,
+            recording_id=self._request.recording_id,
+        )
+
+    def _send(self, stream: RerunStream, batches: Sequence[Batch]) -> None:
+        for batch in batches:
+            columns = batch.columns(self._request.elements[batch.group], self._scenario.h)
+            stream.log(columns, batch.step_times if batch.group == 0 else None)
+
+
+class Afterwards:
+    """Records in this process when the run is over: for runs that are short and many."""
+
+    def begin(self, request: Request, simulation: Simulation) -> None:
+        """Take note of what to record."""
+        self._request, self._simulation = request, simulation
+
+    def wait_until_open(self) -> None:
+        """Nothing is written before the end."""
+
+    def end(self, about: Mapping[str, str]) -> None:
+        """Take note of what is known in the end."""
+        self._about = about
+
+    def wait(self) -> str:
+        """Write the recording; what went wrong, in a line, or nothing."""
+        log, request = self._simulation.log, self._request
+        scenario = ssp_reader.read(request.folder / "system.ssp")
+        try:
+            recording = Recording(request, scenario)
+            for first in range(0, log.kept, LARGE):
+                last = min(first + LARGE, log.kept)
+                recording.log(log.batches(first, last, self._simulation.step_times), last=True)
+            recording.close(self._about)
+        except OSError as error:
+            return str(error)
+        return ""
+
+
+def _beside(file: Path) -> Path:
+    return file.with_name(f".{file.name}")
+
+
+def joined(batches: Sequence[Batch]) -> list[Batch]:
+    """The same rows of each group in few batches, none much longer than `LARGE`."""
+    runs: list[list[Batch]] = []
+    for batch in sorted(batches, key=lambda b: (b.group, b.first)):
+        if runs and runs[-1][0].group == batch.group and sum(map(len, runs[-1])) < LARGE:
+            runs[-1].append(batch)
+        else:
+            runs.append([batch])
+    return [_whole(parts) for parts in runs]
+
+
+def _whole(parts: Sequence[Batch]) -> Batch:
+    first = parts[0]
+    blocks: dict[Any, Any] = {kind: np.concatenate([p.blocks[kind] for p in parts]) for kind in first.blocks}
+    return Batch(first.group, first.first, first.every, blocks, np.concatenate([p.step_times for p in parts]))
