@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, Final, cast
 
 import numpy as np
 from lxml import etree
@@ -26,11 +26,10 @@ from components.interfaces.record import Variable
 from fmus.ports import whole_name
 from fmus.version import Version
 from orchestrator.scenario import Scenario
+from orchestrator.ssp_rules import SSC, SSD, SSV
+from orchestrator.ssp_xml import Element, add, has_unit, literal, qualified, unit_definitions
 from orchestrator.system import Connection, Fmu, InProcess, Source, System
 
-SSD: Final = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC: Final = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 OURS: Final = "urn:macrostep"
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 BLOCK_TYPE: Final = "application/x-macrostep-block"
@@ -38,8 +37,6 @@ BLOCK_SOURCE: Final = "urn:macrostep:block:"
 FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
 _NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
-Element: TypeAlias = Any
-"""An element of lxml, whose own type is private"""
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
@@ -84,23 +81,23 @@ def is_old(system: System) -> bool:
 
 def _description(scenario: Scenario) -> Element:
     system, old = scenario.system, is_old(scenario.system)
-    root = etree.Element(_q(SSD, "SystemStructureDescription"), nsmap=_NAMESPACES)
+    root = etree.Element(qualified(SSD, "SystemStructureDescription"), nsmap=_NAMESPACES)
     root.set("version", "1.0" if old else "2.0")
     root.set("name", scenario.name)
-    top = _add(root, SSD, "System", name=scenario.name, description=scenario.title)
-    elements = _add(top, SSD, "Elements")
+    top = add(root, SSD, "System", name=scenario.name, description=scenario.title)
+    elements = add(top, SSD, "Elements")
     quantities: list[Quantity] = []
     for name in system.units:
         quantities += _component(elements, scenario, name, old=old)
-    wires = _add(top, SSD, "Connections")
+    wires = add(top, SSD, "Connections")
     for wire in system.connections:
         _connection(wires, system, wire, old=old)
     _enumerations(root, quantities)
     _units(root, quantities)
     _experiment(root, scenario)
-    annotations = _add(root, SSD, "Annotations")
-    annotation = _add(annotations, SSC, "Annotation", type="org.macrostep")
-    _add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario), default=_plain)
+    annotations = add(root, SSD, "Annotations")
+    annotation = add(annotations, SSC, "Annotation", type="org.macrostep")
+    add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario), default=_plain)
     return root
 
 
@@ -113,7 +110,7 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
     if old and wire.input_element is not None:
         ends = [ends[wire.input_element.at]]
     for start, end in zip(starts, ends, strict=True):
-        made = _add(
+        made = add(
             parent,
             SSD,
             "Connection",
@@ -136,12 +133,12 @@ def _transformation(parent: Element, transformation: Transformation, q: Quantity
         return
     if isinstance(transformation, Linear):
         values = {"factor": repr(transformation.factor), "offset": repr(transformation.offset)}
-        _add(parent, SSC, "LinearTransformation", **values)
+        add(parent, SSC, "LinearTransformation", **values)
         return
-    table = _add(parent, SSC, f"{'Boolean' if q.type is Type.BOOLEAN else 'Integer'}MappingTransformation")
+    table = add(parent, SSC, f"{'Boolean' if q.type is Type.BOOLEAN else 'Integer'}MappingTransformation")
     for entry in transformation.table.items():  # enumerations by their numbers: the two may have different items
         source, target = (literal(v, q) if q.type is Type.BOOLEAN else str(int(v)) for v in entry)
-        _add(table, SSC, "MapEntry", source=source, target=target)
+        add(table, SSC, "MapEntry", source=source, target=target)
 
 
 def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
@@ -164,14 +161,14 @@ def element_names(source: Source, name: str, role: str, *, old: bool) -> list[st
 
 def _experiment(root: Element, scenario: Scenario) -> None:
     """Start and stop time; and the macro step where libcosim looks for it, as SSP has no place of its own."""
-    experiment = _add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
+    experiment = add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
     algorithm = _osp(experiment, "Algorithm")
-    _add(algorithm, OSP, "FixedStepAlgorithm", baseStepSize=repr(scenario.h))
+    add(algorithm, OSP, "FixedStepAlgorithm", baseStepSize=repr(scenario.h))
 
 
 def _osp(parent: Element, label: str, **attributes: str) -> Element:
-    annotation = _add(_add(parent, SSD, "Annotations"), SSC, "Annotation", type="com.opensimulationplatform")
-    return _add(annotation, OSP, label, **attributes)
+    annotation = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type="com.opensimulationplatform")
+    return add(annotation, OSP, label, **attributes)
 
 
 def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Variable]]:
@@ -212,18 +209,18 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
         kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
     else:
         raise RequestError([not_a_file(name, source)])
-    component = _add(parent, SSD, "Component", name=name, type=kind, source=where)
-    connectors = _add(component, SSD, "Connectors")
+    component = add(parent, SSD, "Component", name=name, type=kind, source=where)
+    connectors = add(component, SSD, "Connectors")
     shown = _connectors(system, name, old=old)
     for role, variables in shown.items():
         for variable in variables:
             for label in element_names(source, variable.name, f"{role}s", old=old):
-                connector = _add(connectors, SSD, "Connector", name=label, kind=role)
+                connector = add(connectors, SSD, "Connector", name=label, kind=role)
                 _type(connector, SSC, variable.quantity, old=old)
                 if not old:
                     _dimensions(connector, variable)
-    bindings = _add(component, SSD, "ParameterBindings")
-    _add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
+    bindings = add(component, SSD, "ParameterBindings")
+    add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
     if system.steps.get(name, 1) > 1:
         _osp(component, "StepSizeHint", value=repr(float(system.steps[name] * Fraction(repr(scenario.h)))))
     return [v.quantity for variables in shown.values() for v in variables]
@@ -231,7 +228,7 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
 
 def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
     label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
-    made = _add(parent, space, label)
+    made = add(parent, space, label)
     if has_unit(q):
         made.set("unit", q.unit)
     if q.type is Type.ENUMERATION and q.enumeration is not None:
@@ -241,15 +238,15 @@ def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
 
 def _dimensions(parent: Element, variable: Variable) -> None:
     for n in variable.quantity.shape:
-        _add(parent, SSC, "Dimension", size=str(n))
+        add(parent, SSC, "Dimension", size=str(n))
 
 
 def _parameter_set(scenario: Scenario, name: str) -> Element:
     source, old = scenario.system.units[name], is_old(scenario.system)
-    root = etree.Element(_q(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
+    root = etree.Element(qualified(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
     root.set("version", "1.0" if old else "2.0")
     root.set("name", scenario.name)
-    parameters = _add(root, SSV, "Parameters")
+    parameters = add(root, SSV, "Parameters")
     used: list[Quantity] = []
     for variable in source.interface.parameters:
         if variable.name not in source.parameters:
@@ -260,65 +257,34 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
         texts = [literal(element, variable.quantity) for element in value.ravel().tolist()]
         labels = element_names(source, variable.name, "parameters", old=old)
         for label, text in zip(labels, texts if old else [" ".join(texts)], strict=True):
-            parameter = _add(parameters, SSV, "Parameter", name=label)
+            parameter = add(parameters, SSV, "Parameter", name=label)
             if origin:
                 parameter.set("description", str(origin))
-            _type(parameter, SSV, variable.quantity, old=old).set("value", text)
+            made = _type(parameter, SSV, variable.quantity, old=old)
+            if variable.quantity.type.is_number or old:
+                made.set("value", text)
+            else:
+                for one in texts:
+                    add(made, SSV, "Value", value=one)
             if not old:
                 _dimensions(parameter, variable)
     _units(root, used, space=SSV)
     return root
 
 
-def literal(value: Any, q: Quantity) -> str:
-    """A value as XML writes it."""
-    if q.type is Type.BOOLEAN:
-        return "true" if value else "false"
-    if q.type is Type.BINARY:
-        return bytes(value).hex()
-    if q.enumeration is not None:
-        return q.enumeration(int(value)).name
-    return repr(float(value)) if q.type.is_float else str(value)
-
-
-def has_unit(q: Quantity) -> bool:
-    """Whether SSP and FMI can say the unit: they want its definition in base units."""
-    return q.type.is_float and bool(q.unit) and q.base_unit is not None
-
-
 def _enumerations(root: Element, quantities: list[Quantity]) -> None:
     kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
     if not kinds:
         return
-    parent = _add(root, SSD, "Enumerations")
+    parent = add(root, SSD, "Enumerations")
     for name, kind in sorted(kinds.items()):
-        enumeration = _add(parent, SSC, "Enumeration", name=name)
+        enumeration = add(parent, SSC, "Enumeration", name=name)
         for item in kind:
-            _add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
+            add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
 
 
 def _units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
     if definitions := unit_definitions(quantities):
-        parent = _add(root, space, "Units")
+        parent = add(root, space, "Units")
         for name, base in definitions.items():
-            _add(_add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
-
-
-def unit_definitions(quantities: Sequence[Quantity]) -> dict[str, dict[str, str]]:
-    """The attributes of `BaseUnit`, in SSP as in FMI, of every unit in use that has a meaning."""
-    units = {q.unit: q.base_unit for q in quantities if has_unit(q)}
-    found: dict[str, dict[str, str]] = {}
-    for name, base in sorted(units.items(), key=lambda item: item[0]):
-        if base is not None:
-            found[name] = {b: str(n) for b, n in base.exponents.items()}
-            found[name] |= {"factor": repr(base.factor)} if base.factor != 1 else {}
-            found[name] |= {"offset": repr(base.offset)} if base.offset else {}
-    return found
-
-
-def _add(parent: Element, space: str, label: str, /, **attributes: str) -> Element:
-    return cast(Any, etree.SubElement)(parent, _q(space, label), attributes)
-
-
-def _q(space: str, name: str) -> str:
-    return f"{{{space}}}{name}"
+            add(add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
