@@ -22,7 +22,7 @@ def compute(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> dict
     between the ego's corners and the road's edges (negative outside). Rows with values that are not finite (the last
     one of a run that broke) do not count.
     """
-    finite = np.isfinite(frame.to_numpy(dtype=float)).all(axis=1)
+    finite = np.isfinite(frame.select_dtypes(["number", "bool"]).to_numpy(dtype=float)).all(axis=1)
     frame = pd.DataFrame(frame[finite])
     found: dict[str, float] = {}
     if frame.empty:

@@ -55,7 +55,13 @@ def read_columns(path: Path) -> dict[str, Any]:
 
 def _values(column: pa.ChunkedArray) -> np.ndarray[Any, Any]:
     """The values without a detour: `read_table` and pyarrow's own conversion to numpy import all of pandas."""
-    if pa.types.is_boolean(column.type):
+    kind = column.type
+    if pa.types.is_boolean(kind) and not column.null_count:
         return np.array(column.to_pylist(), dtype=bool)
-    parts = [np.from_dlpack(chunk) for chunk in column.chunks]
-    return np.concatenate(parts) if parts else np.zeros(0)
+    if column.null_count or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):  # texts and bytes
+        found = np.empty(len(column), dtype=object)
+        found[:] = column.to_pylist()
+        return found
+    dtype = np.dtype(kind.to_pandas_dtype())
+    parts = [np.frombuffer(c.buffers()[1], dtype, len(c), c.offset * dtype.itemsize) for c in column.chunks if len(c)]
+    return np.concatenate(parts) if parts else np.zeros(0, dtype)

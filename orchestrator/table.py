@@ -115,7 +115,7 @@ class Table:
     def _keep(self, unit: str, name: str, value: Any) -> None:
         """Give an input the value that it has where nothing drives it."""
         kind, slots = self.slots(unit, name, "inputs")
-        self.columns[kind][slots] = np.asarray(value).ravel()
+        self.columns[kind][slots] = np.asarray(value, dtype=None if kind.is_number else object).ravel()
 
     def release(self, unit: str, name: str) -> None:
         """Give an input back to its connection; one without a connection keeps its value."""

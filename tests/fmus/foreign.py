@@ -29,13 +29,12 @@ def functions(version: Version) -> list[str]:
     return sorted(n for n in names if n[4].isupper())
 
 
-def library(folder: Path, version: Version, source: str, *options: str, stubs: bool = True) -> Path:
-    """Compile C, given as text; functions of FMI that it leaves out do nothing, successfully."""
+def library(folder: Path, version: Version, source: str, *options: str, absent: Sequence[str] = ()) -> Path:
+    """Compile C, given as text; functions of FMI that it leaves out do nothing, successfully, or are `absent`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "source.c").write_text(source)
-    included = source + "".join(p.read_text() for p in C.glob(f"*{version}.c") if f'"{p.name}"' in source)
-    absent = [n for n in functions(version) if f"{n}(" not in included] if stubs else []
-    (folder / "stubs.c").write_text("\n".join(f"int {n}() {{ return 0; }}" for n in absent) + "\n")
+    stubs = [f"__attribute__((weak)) int {n}() {{ return 0; }}" for n in functions(version) if n not in absent]
+    (folder / "stubs.c").write_text(_lines(stubs) + "\n")
     target = folder / "library.so"
     flags = ["-O1", "-w", "-fPIC", "-shared", f"-I{HEADERS}", f"-I{C}", *options]
     files = [str(folder / "source.c"), str(folder / "stubs.c")]
@@ -51,7 +50,7 @@ def pack(path: Path, version: Version, description: str, binary: Path | None, **
         if binary is not None:
             archive.write(binary, binary_path(version, "m"))
         for name, content in files.items():
-            archive.writestr(name.replace("__", "/"), content)
+            archive.writestr(name.replace("__", "/").replace("_txt", ".txt"), content)
     return path
 
 
