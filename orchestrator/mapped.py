@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import Problem, raise_if_any
@@ -47,7 +46,7 @@ def fitted(
     name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = None
 ) -> tuple[Fmu | Mapped, tuple[Problem, ...], tuple[str, ...]]:
     """An FMU for a socket, what keeps it from fitting, and what was decided without being told."""
-    found = fit(name, socket, fmu.interface, Path(fmu.path).name, mapping)
+    found = fit(name, socket, fmu.interface, str(fmu.path), mapping)
     source = Mapped(fmu, found) if found.needed else fmu
     return source, found.problems, found.remarks
 

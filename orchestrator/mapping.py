@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -58,9 +59,9 @@ class Fitting:
 def fit(name: str, socket: Socket, theirs: Interface, file: str, mapping: MappingFile | None = None) -> Fitting:
     """Fit what `theirs` shows and reads to `socket`, as `mapping` says and its names suggest.
 
-    `name` is the unit's, `file` the FMU's, both for messages.
+    `name` is the unit's, `file` the FMU's path, both for messages.
     """
-    return _Fit(name, socket, theirs, file, mapping).done()
+    return _Fit(name, socket, theirs, Path(file).name, file, mapping).done()
 
 
 @dataclass
@@ -69,6 +70,7 @@ class _Fit:
     socket: Socket
     theirs: Interface
     file: str
+    path: str
     given: MappingFile | None
     problems: list[Problem] = field(default_factory=list[Problem])
     remarks: list[str] = field(default_factory=list[str])
@@ -229,7 +231,7 @@ class _Fit:
             what = ", ".join(
                 f"{r.signal.name} ({describe(r.signal.quantity)}{f'; {r.note}' if r.note else ''})" for r in missing
             )
-            command = f"`macrostep check {self.file} --socket {self.socket.name} --out FILE.toml`"
+            command = f"`macrostep check {self.path} --socket {self.socket.name} --out FILE.toml`"
             remedy = f"{command} writes a mapping to fill in."
             valid = f"a variable for each among {offer(self.theirs)}"
             self.problems.append(Problem(f"{self.name}: {self.file}", f"no variable for {what}", valid, remedy))

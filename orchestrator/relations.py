@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from components.interfaces.conventions import LEFTWARD
 from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
@@ -18,7 +18,7 @@ from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
 from fmus.adaptation import Link, Place, RateInput
 from orchestrator.mapping_file import Amount, Entry
 
-_ROLE_UNITS: Mapping[str, str] = {
+ROLE_UNITS: Final[Mapping[str, str]] = {
     "steering_wheel_angle": "rad",
     "steering_rate": "rad/s",
     "axle_torque": "N.m",
@@ -109,7 +109,7 @@ class Relations:
         ours = signal.quantity
         if not ours.type.is_float:
             return self._plain(key, theirs, ours)
-        wanted = replace(ours, unit=_ROLE_UNITS.get(entry.role or "", self.unit_of.get(signal.name, ours.unit)))
+        wanted = replace(ours, unit=ROLE_UNITS.get(entry.role or "", self.unit_of.get(signal.name, ours.unit)))
         if not theirs.type.is_float and entry.unit is None:
             theirs = replace(theirs, unit="")
         factor = entry.numbers.get("factor", Amount(1.0))

@@ -1,0 +1,190 @@
+"""Checking a file before it is used: what it is, which rules it breaks, which socket it fits and what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+from components.interfaces.record import Variable
+from components.interfaces.sockets import SOCKETS
+from fmus.archive import Archive
+from fmus.platform_names import binary_path
+from fmus.unit import Interface
+from orchestrator.mapping import Fitting, fit
+from orchestrator.mapping_file import MappingFile
+from orchestrator.mapping_reader import read_mapping
+from orchestrator.system import Fmu
+from orchestrator.template import relative, template, write_template
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What there is to say of a file."""
+
+    lines: tuple[str, ...]
+    good: bool
+    """Whether it keeps all rules, and fits the socket that was asked for"""
+    problems: tuple[Problem, ...] = ()
+
+
+def check(path: Path, socket: str | None = None, out: Path | None = None) -> Checked:
+    """Check an FMU, an SSP or a mapping file; with `socket`, also write a mapping template to `out`.
+
+    Without `out` the template goes to NAME.SOCKET.toml in the working folder, where no such file is.
+    Raises `RequestError` for a wrong request; what is wrong with the file itself is told.
+    """
+    if socket is not None and socket not in SOCKETS:
+        raise refuse("--socket", f"`{socket}`", choices(SOCKETS), did_you_mean(socket, SOCKETS))
+    if path.suffix not in {".fmu", ".ssp", ".toml"} or not path.is_file():
+        found = "no such file" if not path.is_file() else f"a file ending in `{path.suffix}`"
+        raise refuse(str(path), found, "an .fmu, an .ssp, or the .toml that maps an FMU")
+    if out is not None and (socket is None or path.suffix != ".fmu"):
+        raise refuse("--out", "a template without an FMU and its socket", "FILE.fmu --socket SOCKET --out FILE.toml")
+    if out is not None and out.exists():
+        raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
+    try:
+        if path.suffix == ".ssp":
+            return _ssp(path)
+        mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
+        return _fmu(path, mapping, socket, out)
+    except RequestError as error:
+        return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
+
+
+def _ssp(path: Path) -> Checked:
+    """What is in a system, or what is wrong with it."""
+    from orchestrator import ssp_reader  # noqa: PLC0415 - its readers take a while to import
+
+    scenario = ssp_reader.read(path)
+    system = scenario.system
+    lines = [f"{path.name}: {scenario.title or scenario.name}", f"{scenario.h:g} s steps to {scenario.until:g} s", ""]
+    lines += ["units"]
+    lines += _aligned(
+        (f"  {name}", source.interface.kind, f"socket {system.sockets[name].name}" if name in system.sockets else "")
+        for name, source in system.units.items()
+    )
+    lines += ["", "connections", *(f"  {wire}" for wire in system.connections)]
+    lines += [f"  {path} = {value}" for path, value in system.held.items()]
+    return Checked((*lines, *(f"note: {remark}" for remark in scenario.remarks)), good=True)
+
+
+def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:
+    where = path if mapping is None else mapping.fmu
+    if where is None:
+        raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
+    archive, broken = _opened(where)
+    theirs = archive.interface
+    lines = [*_description(where, archive), *_breaches(archive, broken), "", *_variables(theirs), ""]
+    wanted = socket or (mapping.socket if mapping else None)
+    fits = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in ([wanted] if wanted else SOCKETS)}
+    if wanted is None:
+        best = max(fits, key=lambda name: _share(fits[name]))
+        lines += ["sockets", *_aligned((f"  {name}", _verdict(found)) for name, found in fits.items())]
+        if _share(fits[best]):
+            lines += ["", *_rows(best, fits[best])]
+            lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fits[best].problems else []
+        return Checked(tuple(lines), good=not broken, problems=broken)
+    lines += [f"socket {wanted}: {_verdict(fits[wanted])}", *_rows(wanted, fits[wanted])]
+    if mapping is None and (out is not None or fits[wanted].needed):
+        lines.append(_template(where, wanted, fits[wanted], theirs, out))
+    return Checked(tuple(lines), not broken and not fits[wanted].problems, (*broken, *fits[wanted].problems))
+
+
+def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
+    """The FMU, and what a strict reader says. Raises `RequestError` where not even a lenient one understands it."""
+    try:
+        return Fmu(path).archive, ()
+    except RequestError as error:
+        return Fmu(path, lenient=True).archive, error.problems
+
+
+def _template(path: Path, socket: str, found: Fitting, theirs: Interface, out: Path | None) -> str:
+    """Write the template; one that is there already, where nobody asked for another, is kept."""
+    target = out or Path(f"{path.stem}.{socket}.toml")
+    if out is None and target.exists():
+        return f"{target} is kept as it is; another mapping goes to --out FILE.toml"
+    text = template(found, SOCKETS[socket], theirs, relative(path, target.parent), str(target))
+    write_template(text, target)
+    return f"written: {target}, a mapping {'to fill in' if found.problems else 'to change as you like'}"
+
+
+def _description(path: Path, archive: Archive) -> Iterator[str]:
+    d: Any = archive.description
+    interfaces = [
+        n for n, i in (("Co-Simulation", d.coSimulation), ("Model Exchange", d.modelExchange)) if i is not None
+    ]
+    yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {' and '.join(interfaces)}"
+    if d.description:
+        yield f"  {d.description}"
+    platforms = sorted(
+        {name.split("/")[1] for name in archive.files if name.startswith("binaries/") and name.count("/") > 1}
+    )
+    here = binary_path(archive.version, "").split("/")[1]
+    suffix = "" if here in platforms else f"; none for this machine ({here})"
+    sources = ", with sources" if any(name.startswith("sources/") for name in archive.files) else ""
+    yield f"  runs on {', '.join(platforms) or 'no platform'}{suffix}{sources}"
+    if d.generationTool:
+        yield f"  made by {d.generationTool}{f', {d.generationDateAndTime}' if d.generationDateAndTime else ''}"
+    can = {"rolls back": archive.interface.rolls_back, "has event mode": archive.interface.event_mode}
+    if able := [what for what, is_so in can.items() if is_so]:
+        yield f"  {', '.join(able)}"
+
+
+def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
+    yield f"  {'breaks rules of FMI, and runs with --lenient only' if broken else 'keeps the rules of FMI'}"
+    told = " ".join(p.found for p in broken)
+    yield from (f"  note: {remark}" for remark in archive.remarks if remark not in told)
+
+
+def _variables(theirs: Interface) -> list[str]:
+    groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters))
+    rows = [("variable", "", "type", "unit", "start", "")]
+    rows += [(f"  {v.name}", causality, *_row(v, theirs)) for causality, found in groups for v in found]
+    return _aligned(rows)
+
+
+def _row(v: Variable, theirs: Interface) -> tuple[str, ...]:
+    q = v.quantity
+    shape = f"[{', '.join(map(str, v.shape))}]" if v.shape else ""
+    start = theirs.starts.get(v.name)
+    text = "" if start is None else str(start.ravel()[0]) + " ..." if v.shape else str(start)
+    return f"{q.type}{shape}", q.unit if q.type.is_float else "", text, q.description if q.description != v.name else ""
+
+
+def _rows(socket: str, found: Fitting) -> list[str]:
+    """Signal by signal what stands for it; what is optional and absent is left out."""
+    shown = [row for row in found.rows if row.theirs or row.needed or row.note]
+    lines = _aligned(
+        (
+            f"  {row.signal.name}",
+            f"[{row.signal.quantity.unit}]" if row.signal.quantity.type.is_float else f"{row.signal.quantity.type}",
+            row.theirs or ("missing" if row.needed else "-"),
+            row.note,
+        )
+        for row in shown
+    )
+    others = [r for r in found.remarks if not any(r.startswith(f"{socket}.{row.signal.name} ") for row in shown)]
+    return [*lines, *(f"  note: {remark}" for remark in others)]
+
+
+def _verdict(found: Fitting) -> str:
+    needed = [row for row in found.rows if row.needed]
+    present = sum(bool(row.theirs) for row in needed)
+    if found.problems:
+        return f"does not fit, {present} of {len(needed)} signals found"
+    return "fits, with the conversions below" if found.needed else "fits as it is"
+
+
+def _share(found: Fitting) -> float:
+    needed = [row for row in found.rows if row.needed]
+    return sum(bool(row.theirs) for row in needed) / len(needed) + (not found.problems)
+
+
+def _aligned(rows: Any) -> list[str]:
+    """Rows of texts in columns."""
+    table = [tuple(row) for row in rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))] if table else []
+    return ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in table]
