@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Generator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from orchestrator import run_options
+from orchestrator.console import err, out
+from orchestrator.console import working as _working
 from orchestrator.drawing import FigureProcess
+from orchestrator.export_command import export
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run_options import Fmi
 
@@ -30,21 +32,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-out = Console(soft_wrap=True, highlight=False)
-err = Console(stderr=True, soft_wrap=True, highlight=False)
-
-
-@contextmanager
-def _working() -> Generator[Callable[[str], None]]:
-    """A line that says what is going on, on terminals; plain lines elsewhere only for what takes long."""
-    with err.status("starting") as status:
-
-        def tell(text: str) -> None:
-            status.update(text)
-            if text.startswith("built "):
-                err.print(text)
-
-        yield tell
 
 
 @app.command()
@@ -142,44 +129,7 @@ def _pace(told: dict[str, Any]) -> str:
     return f"at {told['factor']:g} x real time ({late})"
 
 
-@app.command()
-def export(  # noqa: PLR0913 - one parameter per option of the command
-    scenario: run_options.Request,
-    ssp: Annotated[Path | None, typer.Option(metavar="FILE.ssp", help="Write the system as an SSP file.")] = None,
-    container: Annotated[Path | None, typer.Option(metavar="FILE.fmu", help="Write the system as one FMU.")] = None,
-    plant: run_options.Plant = None,
-    traffic: run_options.Traffic = None,
-    controller: run_options.Controller = None,
-    setting: run_options.Settings = None,
-    fmi: Annotated[Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads.")] = None,
-    stop_time: run_options.StopTime = None,
-    step: run_options.Step = None,
-    algorithm: run_options.MasterAlgorithm = None,
-) -> None:
-    """Write a scenario's system for other tools, without running it.
-
-    The container steps in the order of the algorithm: sequential (no hidden delay) or jacobi.
-    """
-    chosen = {"plant": plant, "traffic": traffic, "controller": controller}
-    with _working() as progress:
-        progress("getting ready")
-        from fmus.version import Version  # noqa: PLC0415
-        from orchestrator.export import Targets, default_mode, write  # noqa: PLC0415
-        from orchestrator.scenario import Options  # noqa: PLC0415
-
-        options = Options(
-            mode=default_mode(scenario) if fmi is None else Version(int(fmi)),
-            replacements={socket: name for socket, name in chosen.items() if name is not None},
-            settings=setting or [],
-            step=step,
-            stop_time=stop_time,
-            algorithm=algorithm,
-        )
-        written = write(scenario, options, Targets(ssp, container), progress)
-    for remark in written.remarks:
-        err.print(f"note: {remark}", markup=False)
-    for line in written.lines:
-        out.print(line, markup=False)
+app.command()(export)
 
 
 @app.command()

@@ -36,9 +36,11 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
+from orchestrator.connection import Connection
 from orchestrator.scenario import Scenario
 from orchestrator.schedule import Algorithm, schedule
-from orchestrator.ssp import element_names, has_unit, is_old, literal, not_a_file, unit_definitions
+from orchestrator.ssp import element_names, is_old, not_a_file
+from orchestrator.ssp_xml import has_unit, literal, unit_definitions
 from orchestrator.system import Fmu, System
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
@@ -97,11 +99,17 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
         if ratio != 1:
             yield Problem(f"step of `{name}`", f"{ratio} macro steps", "1: a container steps all units alike")
     for wire in system.connections:
-        if wire.conversion != IDENTITY:
-            yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
-        if algorithm is Algorithm.SEQUENTIAL and _follows(system, wire.source, wire.output):
-            found = "an output that follows its unit's inputs at the same instant"
-            yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
+        yield from _wire_problems(system, wire, algorithm)
+
+
+def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> Iterator[Problem]:
+    if wire.conversion != IDENTITY:
+        yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
+    if not is_old(system) and (wire.output_element or wire.input_element):
+        yield Problem(str(wire), "a single element of an array", "whole arrays in FMI 3.0", "Export it with --fmi 2.")
+    if algorithm is Algorithm.SEQUENTIAL and _follows(system, wire.source, wire.output):
+        found = "an output that follows its unit's inputs at the same instant"
+        yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
 
 
 def _follows(system: System, unit: str, output: str) -> bool:
@@ -138,6 +146,8 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
     for wire in system.connections:
         starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
         ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+        starts = starts if wire.output_element is None else [starts[wire.output_element.at]]
+        ends = ends if wire.input_element is None else [ends[wire.input_element.at]]
         for start, end in zip(starts, ends, strict=True):
             made.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
     for name, source in system.units.items():

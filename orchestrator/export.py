@@ -1,0 +1,70 @@
+"""A system for other tools, without running it: as an SSP file, and as one FMU (a container)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from components.interfaces.problem import Problem, raise_if_any
+from fmus.version import Version
+from orchestrator import container, ssp
+from orchestrator.run import load
+from orchestrator.scenario import Mode, Options
+from orchestrator.system import Fmu
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The files that are wanted."""
+
+    ssp: Path | None = None
+    container: Path | None = None
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written, in words."""
+
+    lines: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def write(request: str, options: Options, targets: Targets, progress: Callable[[str], None]) -> Written:
+    """Write the system of a scenario, an `.ssp` file or a run folder as the files that are wanted.
+
+    Nothing is written when anything is wrong. Raises `RequestError`.
+    """
+    raise_if_any(_target_problems(targets))
+    scenario = load(request, options, progress)
+    units = scenario.system.units
+    raise_if_any(ssp.not_a_file(name, source) for name, source in units.items() if not isinstance(source, Fmu))
+    lines: list[str] = []
+    if targets.container is not None:
+        progress("putting the FMUs into one")
+        container.write(scenario, targets.container, scenario.algorithm)
+        version = 2 if ssp.is_old(scenario.system) else 3
+        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")
+    if targets.ssp is not None:
+        ssp.write(scenario, targets.ssp)
+        lines.append(f"{targets.ssp}  SSP {'1.0' if ssp.is_old(scenario.system) else '2.0'}, {len(units)} FMUs")
+    return Written(tuple(lines), scenario.remarks)
+
+
+def default_mode(request: str) -> Mode:
+    """How blocks are exported when nothing is said: as FMI 2.0, which every tool reads; a fixed system stays."""
+    return Options().mode if Path(request).is_dir() or request.endswith(".ssp") else Version.FMI2
+
+
+def _target_problems(targets: Targets) -> Iterator[Problem]:
+    if targets.ssp is None and targets.container is None:
+        yield Problem("export", "no file", "--ssp FILE.ssp, --container FILE.fmu, or both")
+    for path, suffix in ((targets.ssp, ".ssp"), (targets.container, ".fmu")):
+        if path is None:
+            continue
+        if path.suffix != suffix:
+            yield Problem(str(path), f"the ending `{path.suffix}`", f"a file that ends in {suffix}")
+        if path.is_dir():
+            yield Problem(str(path), "a folder", "a file")
+        elif not path.parent.is_dir():
+            yield Problem(str(path), f"no folder `{path.parent}`", "a folder that exists", "Make it first.")

@@ -1,0 +1,51 @@
+"""The command `macrostep export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orchestrator import run_options
+from orchestrator.console import err, out, working
+from orchestrator.run_options import Fmi
+
+
+def export(  # noqa: PLR0913 - one parameter per option of the command
+    scenario: run_options.Request,
+    ssp: Annotated[Path | None, typer.Option(metavar="FILE.ssp", help="Write the system as an SSP file.")] = None,
+    container: Annotated[Path | None, typer.Option(metavar="FILE.fmu", help="Write the system as one FMU.")] = None,
+    plant: run_options.Plant = None,
+    traffic: run_options.Traffic = None,
+    controller: run_options.Controller = None,
+    setting: run_options.Settings = None,
+    fmi: Annotated[Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads.")] = None,
+    stop_time: run_options.StopTime = None,
+    step: run_options.Step = None,
+    algorithm: run_options.MasterAlgorithm = None,
+) -> None:
+    """Write a scenario's system for other tools, without running it.
+
+    The container steps in the order of the algorithm: sequential (no hidden delay) or jacobi.
+    """
+    chosen = {"plant": plant, "traffic": traffic, "controller": controller}
+    with working() as progress:
+        progress("getting ready")
+        from fmus.version import Version  # noqa: PLC0415
+        from orchestrator.export import Targets, default_mode, write  # noqa: PLC0415
+        from orchestrator.scenario import Options  # noqa: PLC0415
+
+        options = Options(
+            mode=default_mode(scenario) if fmi is None else Version(int(fmi)),
+            replacements={socket: name for socket, name in chosen.items() if name is not None},
+            settings=setting or [],
+            step=step,
+            stop_time=stop_time,
+            algorithm=algorithm,
+        )
+        written = write(scenario, options, Targets(ssp, container), progress)
+    for remark in written.remarks:
+        err.print(f"note: {remark}", markup=False)
+    for line in written.lines:
+        out.print(line, markup=False)
