@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
@@ -52,7 +52,8 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     remarks = [told] if told else []
     _refuse_other_interfaces(root, place)
     broken = list(_schema_breaches(root, version))
-    fatal = [_problem(place, line, text) for line, text in _dangling(root, version)]
+    fatal = [_fatal(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)]
+    fatal += [_fatal(place, line, text, "what the file declares") for line, text in _dangling(root, version)]
     if not lenient:
         fatal = [*(_problem(place, line, text, version) for line, text in broken[:_MOST]), *fatal]
     raise_if_any(fatal[:_MOST])
@@ -66,13 +67,16 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     return Description(root, model, version, tuple(remarks))
 
 
-def _problem(place: str, line: int | None, text: str, version: Version | None = None) -> Problem:
-    """A rule that is broken; those of a version can be overlooked."""
+def _fatal(place: str, line: int, found: str, valid: str) -> Problem:
+    """What nobody can make sense of."""
+    return Problem(f"{place}, line {line}", found, valid)
+
+
+def _problem(place: str, line: int | None, text: str, version: Version) -> Problem:
+    """A rule that is broken, and can be overlooked."""
     found, line_in_text = _located(text)
     line = line or line_in_text
     at = f"{place}, line {line}" if line else place
-    if version is None:
-        return Problem(at, found, "references to what the file declares")
     return Problem(at, found, f"what FMI {version}.0 allows", _REMEDY)
 
 
@@ -123,21 +127,29 @@ def _schema(version: Version) -> etree.XMLSchema:
         return etree.XMLSchema(etree.parse(str(folder / f"fmi{version}ModelDescription.xsd")))
 
 
-def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
-    """What refers to something that is not there, with its line."""
-    variables = list(root.iterfind("ModelVariables/*"))
-    for element in variables:
+def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
+    """Variables that cannot be told apart, with their lines."""
+    seen: set[str] = set()
+    for element in root.iterfind("ModelVariables/*"):
         for attribute in ("name", "valueReference"):
             if element.get(attribute) is None:
                 yield element.sourceline, f"a variable without `{attribute}`"
+        for named in (element, *element.iterfind("Alias")):
+            name = named.get("name")
+            if name is not None and name in seen:
+                yield named.sourceline, f"two variables with the name `{name}`"
+            seen.add(name or "")
+
+
+def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
+    """What refers to something that is not there, with its line."""
+    variables = list(root.iterfind("ModelVariables/*"))
     if version == Version.FMI2:
         known = {str(i + 1) for i in range(len(variables))}
-        what = "variable number"
-        references = _fmi2_references(root)
+        what, references = "variable number", _fmi2_references(root)
     else:
         known = {element.get("valueReference") for element in variables}
-        what = "value reference"
-        references = _fmi3_references(root)
+        what, references = "value reference", _fmi3_references(root)
     for element, attribute, values in references:
         for value in values:
             if (str(int(value)) if value.isdigit() else value) not in known:
@@ -185,10 +197,3 @@ def _model(content: bytes, root: Any, place: str) -> ModelDescription:
     except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
         said = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
         raise refuse(place, f"a description that cannot be understood ({_tidy(said)})", "what FMI allows") from error
-
-
-def broken_rules(remarks: Iterable[str], most: int = 3) -> list[str]:
-    """Remarks for a person: a few of them in full, and how many more there are."""
-    listed = list(remarks)
-    rest = len(listed) - most
-    return listed if rest <= 1 else [*listed[:most], f"{rest} more broken rules like these"]

@@ -1,0 +1,279 @@
+"""FMU files that cannot be trusted, or not be run here: each is refused with one message, before anything runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+from components.interfaces.problem import RequestError
+from fmus.archive import VALID, open_fmu
+from fmus.platform_names import binary_path, platform_tuple
+from fmus.units import fmu_unit
+from fmus.version import Version
+from orchestrator.master import Simulation, SimulationError, simulate
+from orchestrator.system import Fmu, System
+from tests.fmus.foreign import C, copied, description2, description3, library, pack, scalar
+
+TEXT = {
+    2: description2([scalar("y", 101, "output")], ['<Unknown index="1"/>'], initial=['<Unknown index="1"/>']),
+    3: description3(
+        ['<Float64 name="y" valueReference="101" causality="output"/>'],
+        ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>'],
+    ),
+}
+HERE = platform_tuple()
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("fmus")
+    for version in (2, 3):
+        binary = library(made / str(version), Version(version), f'#include "echo{version}.c"')
+        pack(made / f"good{version}.fmu", Version(version), TEXT[version], binary)
+    return made
+
+
+@pytest.fixture(params=[2, 3], ids=["fmi2", "fmi3"])
+def version(request):
+    return request.param
+
+
+@pytest.fixture
+def good(folder, version):
+    return folder / f"good{version}.fmu"
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    """A user's cache of its own for each test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def changed(good, tmp_path, version, text=None, binary=None):
+    files = {} if text is None else {"modelDescription.xml": text.encode()}
+    if binary is not None:
+        files[binary_path(Version(version), "m")] = binary.read_bytes() if hasattr(binary, "read_bytes") else binary
+    return copied(good, tmp_path / "m.fmu", files)
+
+
+def refusal(path):
+    """What is said of an FMU, by opening it or by making a unit of it; nothing of it stays behind."""
+    with pytest.raises(RequestError) as error:
+        fmu_unit("m", open_fmu(path)).close()
+    return str(error.value).replace(f"{path.parent}/", "")
+
+
+def rows(path):
+    return simulate(System({"m": Fmu(path)}, {}), h=0.1, until=0.1)
+
+
+def test_a_good_fmu_runs_without_a_remark(good):
+    assert open_fmu(good).remarks == ()
+    assert rows(good)["m.y"].tolist() == [0.0, 0.0]
+
+
+def test_files_that_are_no_fmus_are_refused(tmp_path):
+    assert refusal(tmp_path / "none.fmu") == f"none.fmu: found no such file; valid: {VALID}"
+    with zipfile.ZipFile(tmp_path / "other.fmu", "w") as archive:
+        archive.writestr("readme.txt", "hello")
+    assert refusal(tmp_path / "other.fmu") == (
+        f"other.fmu: found an archive without modelDescription.xml; valid: {VALID}"
+    )
+
+
+def test_damaged_and_cut_archives_are_refused_when_they_are_opened(good, tmp_path):
+    content = bytearray(good.read_bytes())
+    path = tmp_path / "m.fmu"
+    at = content.index(b"binaries/") + 200
+    content[at : at + 50] = bytes(50)
+    path.write_bytes(bytes(content))
+    assert refusal(path).startswith("m.fmu: found a corrupt archive (")
+    path.write_bytes(good.read_bytes()[:-200])
+    assert refusal(path) == f"m.fmu: found a file that is no zip archive; valid: {VALID}"
+
+
+def test_entries_that_would_leave_the_folder_are_refused(good, tmp_path):
+    path = copied(good, tmp_path / "m.fmu", {"../evil.txt": b"x"})
+    assert refusal(path) == f"m.fmu: found an entry that would leave the folder, ../evil.txt; valid: {VALID}"
+
+
+def test_a_wrong_token_is_told_with_what_the_fmu_says(good, tmp_path, version):
+    said = {2: "found other, 5 letter(s); valid: g", 3: 'the token is "g"'}[version]
+    text = TEXT[version].replace('guid="g"', 'guid="other"').replace('Token="g"', 'Token="other"')
+    name = {2: "GUID", 3: "token"}[version]
+    assert refusal(changed(good, tmp_path, version, text)) == (
+        f"m.fmu: found a library that refuses to make an instance ({said}); valid: a library that takes the {name}"
+        " `other` of its modelDescription.xml. Export the FMU again."
+    )
+
+
+def test_a_refusal_without_a_reason_is_told_as_one(good, tmp_path):
+    source = "#include <stddef.h>\nvoid *fmi2Instantiate() { return NULL; }"
+    text = refusal(changed(good, tmp_path, 2, TEXT[2], library(tmp_path, Version.FMI2, source)))
+    assert text.startswith("m.fmu: found a library that refuses to make an instance, and does not say why; valid:")
+
+
+def test_what_is_no_library_is_refused(good, tmp_path, version):
+    place = binary_path(Version(version), "m")
+    assert refusal(changed(good, tmp_path, version, binary=b"\x7fELF nothing of the kind")) == (
+        f"m.fmu, {place}: found a library that cannot be loaded (m.so: file too short);"
+        f" valid: a shared library for {HERE}. Compile it for this platform."
+    )
+
+
+def test_functions_that_are_missing_are_named(good, tmp_path, version):
+    absent = [f"fmi{version}DoStep", f"fmi{version}Reset"]
+    binary = library(tmp_path, Version(version), "", absent=absent)
+    assert refusal(changed(good, tmp_path, version, binary=binary)) == (
+        f"m.fmu, {binary_path(Version(version), 'm')}: found a library without fmi{version}DoStep, fmi{version}Reset;"
+        f" valid: all functions of FMI {version}.0. Export the FMU again."
+    )
+
+
+def test_without_a_binary_and_sources_an_fmu_is_refused(good, tmp_path, version):
+    own = binary_path(Version(version), "m")
+    path = copied(good, tmp_path / "m.fmu", {own: None, "binaries/win64/m.dll": b"x"})
+    assert refusal(path) == (
+        f"m.fmu: found no binary for {HERE} ({own}), and no sources to compile;"
+        " valid: a binary for this platform, or the sources inside. It has binaries for win64."
+    )
+
+
+BUILD = """<fmiBuildDescription fmiVersion="3.0"><BuildConfiguration modelIdentifier="m">
+<SourceFileSet language="C99"><SourceFile name="m.c"/><SourceFile name="stubs.c"/>
+<PreprocessorDefinition name="EXTRA" value="*(double *)room(i-&gt;slots + 1, 1, 8) = 7;"/>
+<IncludeDirectory name="inside"/></SourceFileSet></BuildConfiguration></fmiBuildDescription>"""
+
+
+def with_sources(good, tmp_path, version, source=None):
+    """The FMU without its binary, with its sources; those of FMI 3.0 need a definition and a folder of their own."""
+    listed = '<SourceFiles><File name="m.c"/><File name="stubs.c"/></SourceFiles>'
+    text = TEXT[2].replace('modelIdentifier="m"/>', f'modelIdentifier="m">{listed}</CoSimulation>')
+    files = {
+        binary_path(Version(version), "m"): None,
+        "sources/m.c": (source or f'#include "echo{version}.c"\n').encode(),
+        "sources/stubs.c": (good.parent / str(version) / "stubs.c").read_bytes(),
+        f"sources/{'' if version == 2 else 'inside/'}echo{version}.c": (C / f"echo{version}.c").read_bytes(),
+        **(
+            {"modelDescription.xml": text.encode()}
+            if version == 2
+            else {"sources/buildDescription.xml": BUILD.encode()}
+        ),
+    }
+    return copied(good, tmp_path / "m.fmu", files)
+
+
+def test_sources_are_compiled_where_there_is_no_binary_and_kept(good, tmp_path, version, cache):
+    path = with_sources(good, tmp_path, version)
+    assert open_fmu(path).remarks == (f"no binary for {HERE}; compiled here from the sources inside",)
+    assert rows(path)["m.y"].tolist() == [0.0, 7.0 if version == 3 else 0.0]
+    kept = list((cache / "macrostep" / "compiled").iterdir())
+    assert len(kept) == 1
+    made = kept[0].stat().st_mtime_ns
+    assert rows(path)["m.y"].tolist() == [0.0, 7.0 if version == 3 else 0.0]
+    assert kept[0].stat().st_mtime_ns == made
+
+
+def test_sources_that_do_not_compile_are_told_with_the_compilers_words(good, tmp_path, version):
+    text = refusal(with_sources(good, tmp_path, version, source="int x = ;"))
+    assert text.startswith(f"m.fmu: found no binary for {HERE}, and sources that do not compile (m.c:1:9: error:")
+    assert text.endswith("; valid: sources that a C compiler takes. Have it built for this platform.")
+
+
+def test_without_a_compiler_sources_are_refused(good, tmp_path, version, monkeypatch):
+    path = with_sources(good, tmp_path, version)
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert refusal(path).startswith("building FMUs: found CC=no-such-compiler, which cannot be run; valid:")
+
+
+def test_our_own_fmus_compile_from_their_sources_to_the_same_numbers(built_fmus, tmp_path, version):
+    original = built_fmus / f"fmi{version}" / "ramp_traffic.fmu"
+    path = copied(original, tmp_path / "m.fmu", {binary_path(Version(version), "ramp_traffic"): None})
+    held = {f"m.{v.name}": 0.0 for v in open_fmu(path).interface.inputs}
+    runs = [simulate(System({"m": Fmu(p)}, {}, held=held), h=0.1, until=2.0) for p in (original, path)]
+    assert runs[0].equals(runs[1])
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [
+        ("Discard", "discarded the step"),
+        ("Error", "returned an error"),
+        ("Fatal", "returned a fatal error"),
+    ],
+)
+def test_steps_that_fail_end_the_run_with_all_rows(good, tmp_path, version, status, words):
+    source = f'#define STATUS (t > 0.25 ? fmi{version}{status} : fmi{version}OK)\n#include "echo{version}.c"'
+    path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
+    with Simulation(System({"m": Fmu(path)}, {}), h=0.1, until=1.0) as simulation:
+        with pytest.raises(SimulationError) as error:
+            simulation.run()
+        assert len(simulation.frame()) == 4
+    assert str(error.value) == f"tick 3 (t = 0.3 s), unit `m`: {words}"
+
+
+def test_outputs_that_are_no_numbers_end_the_run(good, tmp_path, version):
+    lines = {2: "i->r[1] = 0.0 / 0.0;", 3: "*(double *)room(i->slots + 1, 1, 8) = 0.0 / 0.0;"}
+    source = f'#define EXTRA {lines[version]}\n#include "echo{version}.c"'
+    path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
+    with pytest.raises(SimulationError) as error:
+        rows(path)
+    assert "the signal `m.y` is " in str(error.value)
+
+
+def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):
+    source = f'#define EXTRA printf("hello from C\\n");\n#include "echo{version}.c"'
+    path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
+    program = (
+        "from orchestrator.master import simulate\nfrom orchestrator.system import Fmu, System\n"
+        f"print(len(simulate(System({{'m': Fmu({str(path)!r})}}, {{}}), h=0.1, until=0.5)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert sorted(done.stdout.split("\n")) == ["", "6", "hello from C"]
+
+
+def test_an_fmu_that_needs_its_tool_says_so(good, tmp_path, version):
+    text = TEXT[version].replace('modelIdentifier="m"', 'modelIdentifier="m" needsExecutionTool="true"')
+    assert open_fmu(changed(good, tmp_path, version, text)).remarks == ("needs the tool that made it to be installed",)
+
+
+def test_an_fmu_that_a_process_holds_once_is_not_used_twice(good, tmp_path, version):
+    once = 'modelIdentifier="m" canBeInstantiatedOnlyOncePerProcess="true"'
+    path = changed(good, tmp_path, version, TEXT[version].replace('modelIdentifier="m"', once))
+    assert len(rows(path)) == 2
+    with pytest.raises(RequestError) as error:
+        System({"a": Fmu(path), "b": Fmu(path)}, {})
+    assert str(error.value) == (
+        f"unit `b`: found {path}, which `a` runs too; valid: an FMU that can be instantiated more than once per"
+        " process. Copies of the file count as other FMUs."
+    )
+
+
+def test_arrays_that_would_fill_the_memory_are_refused(good, tmp_path):
+    y = '<Float64 name="y" valueReference="101" causality="output"'
+    text = TEXT[3].replace(f"{y}/>", f'{y}><Dimension start="4000000000"/></Float64>')
+    assert refusal(changed(good, tmp_path, 3, text)) == (
+        "m.fmu, modelDescription.xml: found a variable that cannot be understood (`y` with 4000000000 elements,"
+        " more than 10000000); valid: what FMI allows"
+    )
+
+
+def test_platform_names_of_fmi3_are_taken_for_fmi2_too(good, tmp_path):
+    with zipfile.ZipFile(good) as archive:
+        content = archive.read(binary_path(Version(int(good.stem[-1])), "m"))
+    if good.stem == "good2":
+        moved = {binary_path(Version.FMI2, "m"): None, binary_path(Version.FMI3, "m"): content}
+        assert len(rows(copied(good, tmp_path / "m.fmu", moved))) == 2
+
+
+def test_lenient_readers_run_what_breaks_a_rule(good, tmp_path, version):
+    text = TEXT[version].replace('modelName="m"', 'modelName="m" maker="me"')
+    path = changed(good, tmp_path, version, text)
+    assert "attribute 'maker'" in refusal(path)
+    source = Fmu(path, lenient=True)
+    assert len(simulate(System({"m": source}, {}), h=0.1, until=0.1)) == 2
+    assert "attribute 'maker'" in source.archive.remarks[0]
