@@ -74,7 +74,7 @@ def styles(run: str, colour: Colour) -> Iterator[Style]:
     )
     above = [np.array([[x - 0.01, -1.3], [x + 0.01, -1.3]]) for x in middles[:, 0]]
     yield Still(
-        entity=entity("friction", "axles"), strips=above, colour=palette.LIMIT, size=0.1, labels=["front", "rear"]
+        entity=entity("friction", "axles"), strips=above, colour=palette.EDGE, size=0.1, labels=["front", "rear"]
     )
     cross = np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
     grid = [*(half + middle for middle in middles), *(stroke + middle for middle in middles for stroke in cross)]

@@ -1,4 +1,8 @@
-"""Colours of the viewer's pictures: they read on a dark and on a light ground alike."""
+"""Colours of the viewer's pictures: they read on a dark and on a light ground alike.
+
+A label has the colour of what it names, on a plate that is dark in one theme and grey in the other: what has labels is
+nearly white.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +15,11 @@ ROAD: Final[Colour] = (58, 61, 66)
 EDGE: Final[Colour] = (225, 225, 225)
 MARK: Final[Colour] = (190, 190, 190)
 EGO: Final[Colour] = (70, 150, 255)
-HEADING: Final[Colour] = (10, 25, 60)
+HEADING: Final[Colour] = (240, 240, 240)
 OBSTACLE: Final[Colour] = (215, 95, 45)
 BOUNDARY: Final[Colour] = (255, 195, 150)
 PATH: Final[Colour] = (190, 145, 255)
+WAYPOINT: Final[Colour] = (235, 225, 250)
 PLAN: Final[Colour] = (255, 255, 255)
 CORRIDOR: Final[Colour] = (250, 205, 70)
 LIMIT: Final[Colour] = (150, 150, 150)

@@ -268,13 +268,13 @@ def _car(car: s.Car) -> list[tuple[str, Any]]:
         centers=[[0, 0, half[2]]],
         colors=car.colour,
         fill_mode="TransparentFillMajorWireframe" if car.shared else "solid",
-        labels=[car.label] if car.label else None,
     )
     arrow = rr.Arrows3D(
         origins=[[-0.3 * car.length, 0, car.height + 0.05]],
         vectors=[[0.7 * car.length, 0, 0]],
         colors=palette.HEADING,
         radii=0.14,
+        labels=[car.label] if car.label else None,
     )
     return [("", box), ("/heading", arrow)]
 

@@ -85,22 +85,25 @@ def program() -> str:
     raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
 
 
+def arguments(path: Path, *, web: bool) -> list[str]:
+    """The options the viewer's program is started with."""
+    chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
+    return ["--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
+
+
 def open_viewer(path: Path, *, web: bool) -> None:
     """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
-    chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
-    command = [program(), "--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603 - our own program
     said: list[str] = []
-    try:
-        for line in process.stderr or ():
-            said.append(line.strip())
-            if web:
-                sys.stderr.write(line)
-        code = process.wait()
-    except KeyboardInterrupt:
-        process.terminate()
-        process.wait()
-        return
+    with subprocess.Popen([program(), *arguments(path, web=web)], stderr=subprocess.PIPE, text=True) as process:  # noqa: S603 - our own program
+        try:
+            for line in process.stderr or ():
+                said.append(line.strip())
+                if web:
+                    sys.stderr.write(line)
+            code = process.wait()
+        except KeyboardInterrupt:
+            process.terminate()
+            return
     if code != 0:
         reason = next((line.removeprefix("Error: ") for line in reversed(said) if line.startswith("Error")), "")
         found = f"exit code {code}" + (f" ({reason})" if reason else "")

@@ -68,7 +68,9 @@ class World:
             yield LineStyle(entity=self._at("obstacles", "boundary"), size=1.5, colour=own or palette.BOUNDARY)
         if "path" in buses:
             yield LineStyle(entity=self._at("path"), size=1.5, colour=path)
-            yield PointStyle(entity=self._at("path", "waypoints"), size=4, colour=path)
+            yield PointStyle(
+                entity=self._at("path", "waypoints"), size=4, colour=palette.WAYPOINT if own is None else path
+            )
         if "plan" in buses:
             yield LineStyle(entity=self._at("plan"), size=2, colour=plan)
             yield PointStyle(entity=self._at("plan", "points"), size=3.5, colour=plan)

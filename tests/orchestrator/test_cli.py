@@ -188,7 +188,7 @@ def test_without_a_compiler_the_message_says_what_to_install(in_tmp_path):
 
 def test_show_of_something_that_is_no_run_is_refused(macrostep, in_tmp_path):
     code, _, err = macrostep("show", "nowhere")
-    assert (code, "nowhere: found no recording.rrd; valid: a run folder, or an .rrd file" in err) == (2, True)
+    assert (code, "nowhere: found no such file or folder; valid: a run folder, or an .rrd file" in err) == (2, True)
 
 
 @pytest.mark.parametrize("command", [[], ["run"], ["build"], ["list"], ["show"]])
