@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from fmus.version import Version
 from orchestrator import container, ssp
 from orchestrator.run import load
 from orchestrator.scenario import Mode, Options
+from orchestrator.schedule import algorithm_named
 from orchestrator.system import Fmu
 
 
@@ -42,9 +44,10 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
     lines: list[str] = []
     if targets.container is not None:
         progress("putting the FMUs into one")
-        container.write(scenario, targets.container, scenario.algorithm)
+        algorithm = algorithm_named(options.algorithm) if options.algorithm else scenario.algorithm
+        container.write(scenario, targets.container, algorithm)
         version = 2 if ssp.is_old(scenario.system) else 3
-        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")
+        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {algorithm}")
     if targets.ssp is not None:
         ssp.write(scenario, targets.ssp)
         lines.append(f"{targets.ssp}  SSP {'1.0' if ssp.is_old(scenario.system) else '2.0'}, {len(units)} FMUs")
@@ -68,3 +71,5 @@ def _target_problems(targets: Targets) -> Iterator[Problem]:
             yield Problem(str(path), "a folder", "a file")
         elif not path.parent.is_dir():
             yield Problem(str(path), f"no folder `{path.parent}`", "a folder that exists", "Make it first.")
+        elif not os.access(path.parent, os.W_OK):
+            yield Problem(str(path), f"the folder `{path.parent}`, in which nothing may be written", "another folder")
