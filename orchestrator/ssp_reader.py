@@ -1,137 +1,271 @@
-"""Reading a system back from an SSP file that `ssp` wrote."""
+"""Reading a system from an SSP file of any maker, SSP 1.0 or 2.0, and those that `ssp` wrote.
+
+Systems in systems become one: `inner` in the system `outer` is the unit `outer_inner`, and connections through
+connectors of systems lead from unit to unit. Parameter values of bindings further out replace those further in, later
+ones earlier ones. Inputs that nothing drives keep their start values. What cannot be run as it stands is refused with
+its file and line, all of it at once; `lenient` turns breaches of the standard whose meaning is clear into remarks.
+"""
 
 from __future__ import annotations
 
-import atexit
 import json
 import re
-import shutil
-import tempfile
-import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
-from lxml import etree
 
-from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.problem import RequestError, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import Type
-from components.interfaces.record import Variable
+from components.interfaces.record import variables
+from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.parameters import Given, Setting, values_of
-from orchestrator.scenario import Scenario, block_named
+from orchestrator.scenario import Scenario
 from orchestrator.scene import Scene
-from orchestrator.ssp import BLOCK_SOURCE, BLOCK_TYPE, OURS, SSD, SSV
-from orchestrator.system import Fmu, InProcess, Source, System
+from orchestrator.ssp import OURS
+from orchestrator.ssp_archive import VALID, Document, Findings, open_package, read_document
+from orchestrator.ssp_assembly import Assembly
+from orchestrator.ssp_parameters import Value, gather
+from orchestrator.ssp_parts import Part, open_parts, problem_at, with_parameters
+from orchestrator.ssp_rules import NS
+from orchestrator.ssp_structure import Group, read_structure
+from orchestrator.ssp_types import number
+from orchestrator.ssp_wiring import Wiring
+from orchestrator.system import Source, System
 
-_NS = {"ssd": SSD, "ssv": SSV, "m": OURS}
-_INDEX = re.compile(r"\[[\d,]+\]$")
+STEP: Final = 0.1
+"""[s] Macro step of an SSP that says none; SSP itself has no place for it"""
+
+Settings = Mapping[str, Sequence[Setting]]
 
 
 def read(
     path: Path,
-    settings: Mapping[str, Sequence[Setting]] | None = None,
+    settings: Settings | None = None,
     step: float | None = None,
     stop_time: float | None = None,
+    *,
+    lenient: bool = False,
 ) -> Scenario:
     """The system and experiment in an `.ssp` file, with a person's changes. Raises `RequestError`."""
-    where = str(path)
-    valid = "an SSP file written by macrostep"
-    if not zipfile.is_zipfile(path):
-        raise refuse(where, "a file that is no zip archive" if path.exists() else "no such file", valid)
-    folder = Path(tempfile.mkdtemp(prefix="macrostep_ssp_"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    with zipfile.ZipFile(path) as archive:
-        for name in archive.namelist():
-            if not (folder / name).resolve().is_relative_to(folder.resolve()):
-                raise refuse(where, f"an entry that would leave the folder, {name}", valid)
-        archive.extractall(folder)
+    findings = Findings(lenient=lenient)
+    document = _description(path, findings)
+    root = None if document is None else read_structure(document)
+    if document is None or root is None:
+        raise RequestError(findings.problems)
+    notes = _notes(document)
+    parts = open_parts(root, findings, ours=notes is not None)
+    experiment = _experiment(document, notes, step, stop_time)
+    units, assembly, sources = _units(root, parts, findings, settings or {})
+    held = assembly.held | _noted_inputs(notes, units)
+    sockets = _sockets(notes, units)
+    scene, scene_sources = _scene(notes, (settings or {}).get("scene", ()), findings)
+    system: System | None = None
     try:
-        root = etree.parse(folder / "SystemStructure.ssd", etree.XMLParser(resolve_entities=False)).getroot()
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise refuse(where, f"a SystemStructure.ssd that cannot be read ({error})", valid) from error
-    notes = root.find(".//m:Scenario", _NS)
-    if notes is None or not notes.text:
-        raise refuse(where, "no macro step", "an SSP file with the annotation `org.macrostep`")
-    made = _scenario(root, folder, json.loads(notes.text), settings or {})
-    return replace(made, h=made.h if step is None else step, until=made.until if stop_time is None else stop_time)
-
-
-def _scenario(
-    root: Any, folder: Path, extras: Mapping[str, Any], settings: Mapping[str, Sequence[Setting]]
-) -> Scenario:
-    units: dict[str, Source] = {}
-    sources: dict[str, Mapping[str, Any]] = dict(extras["sources"])
-    for component in root.iterfind(".//ssd:Component", _NS):
-        name = component.get("name")
-        unit = _unit(component, folder)
-        values, origins = _parameters(folder / f"resources/{name}.ssv", unit, settings.get(name, ()))
-        units[name] = type(unit)(unit.block if isinstance(unit, InProcess) else unit.path, values)  # type: ignore[arg-type]
-        sources |= {f"{name}.{parameter}": told for parameter, told in origins.items()}
-    wiring = {
-        f"{wire.get('endElement')}.{_whole(wire.get('endConnector'))}": (
-            f"{wire.get('startElement')}.{_whole(wire.get('startConnector'))}"
+        system = System(
+            units=units,
+            wiring=assembly.wiring,
+            held=held,
+            sockets=sockets,
+            transformations=assembly.transformations,
+            unconverted=frozenset(assembly.unconverted),
+            steps=_steps(notes, parts, experiment),
         )
-        for wire in root.iterfind(".//ssd:Connection", _NS)
-    }
-    system = System(
-        units=units,
-        wiring=wiring,
-        held=extras["held"],
-        sockets={name: SOCKETS[socket] for name, socket in extras["sockets"].items()},
-    )
-    top = root.find("ssd:System", _NS)
+    except RequestError as error:
+        findings.problems += [problem_at(p, assembly.lines) for p in error.problems]
+    if system is None or findings.problems:
+        raise RequestError(dict.fromkeys(findings.problems))
+    left = [told for told in assembly.left if told.partition(" = ")[0] not in (notes or {}).get("held", {})]
+    if left:
+        findings.remarks.append(f"inputs that nothing drives keep their start values: {', '.join(left)}")
+    top = document.root.find("ssd:System", NS)
+    name = document.root.get("name", "")
     return Scenario(
-        name=root.get("name"),
-        title=top.get("description", ""),
+        name=name if notes is not None else _plain_name(name or path.stem),
+        title=top.get("description") or (name if notes is None else ""),
         system=system,
-        scene=Scene(**extras["scene"]) if extras["scene"] else None,
-        h=float(extras["step"]),
-        until=float(root.find("ssd:DefaultExperiment", _NS).get("stopTime")),
-        sources=sources,
+        scene=scene,
+        h=experiment.step,
+        until=experiment.until,
+        sources={**sources, **((notes or {}).get("sources", {})), **scene_sources},
+        remarks=(*findings.remarks, *experiment.remarks),
     )
 
 
-def _unit(component: Any, folder: Path) -> Source:
-    source = component.get("source")
-    if component.get("type") == BLOCK_TYPE:
-        return InProcess(block_named(source.removeprefix(BLOCK_SOURCE), f"component {component.get('name')}"), {})
-    return Fmu(folder / source)
+def _description(path: Path, findings: Findings) -> Document | None:
+    """The main description of an SSP. Raises `RequestError`."""
+    package = open_package(path, str(path), findings)
+    file = package.folder / "SystemStructure.ssd"
+    if not file.is_file():
+        is_fmu = (package.folder / "modelDescription.xml").is_file()
+        remedy = "It is an FMU: give it with --plant, --traffic or --controller." if is_fmu else ""
+        raise refuse(str(path), "an archive without SystemStructure.ssd", VALID, remedy)
+    return read_document(package, file)
 
 
-def _parameters(
-    path: Path, unit: Source, settings: Sequence[Setting]
-) -> tuple[dict[str, Any], dict[str, Mapping[str, Any]]]:
-    """Values of a unit's parameters, and where each comes from."""
-    declared = {v.name: v for v in unit.interface.parameters}
-    texts: dict[str, list[str]] = {}
-    origins: dict[str, str] = {}
-    for parameter in etree.parse(path).iterfind(".//ssv:Parameter", _NS):
-        name = _whole(str(parameter.get("name")))
-        texts.setdefault(name, []).extend(str(parameter[0].get("value")).split())
-        origins[name] = parameter.get("description", "")
-    given = {
-        name: Given(value=_value(declared[name], found), unit=declared[name].quantity.unit, source=origins[name])
-        for name, found in texts.items()
+def _notes(document: Document) -> dict[str, Any] | None:
+    """What our annotation says; None in a system of another maker. Raises `RequestError`."""
+    node = document.root.find(f".//{{{OURS}}}Scenario")
+    if node is None or not node.text:
+        return None
+    try:
+        return json.loads(node.text)
+    except ValueError as error:
+        raise refuse(document.at(node), f"an annotation that is no JSON ({error})", "what macrostep wrote") from error
+
+
+def _plain_name(name: str) -> str:
+    return re.sub(r"[^\w-]+", "_", name).strip("_") or "system"
+
+
+@dataclass(frozen=True)
+class _Experiment:
+    step: float
+    until: float
+    remarks: tuple[str, ...]
+
+
+def _experiment(
+    document: Document, notes: Mapping[str, Any] | None, step: float | None, stop_time: float | None
+) -> _Experiment:
+    findings, remarks = document.findings, ()
+    node = document.root.find("ssd:DefaultExperiment", NS)
+    start = until = None
+    if node is not None:
+        start, until = (number(document, node, name) for name in ("startTime", "stopTime"))
+        if start:
+            findings.breach(document.at(node), f"a start time of {start:g} s", "0 s, when every run begins")
+    until = until if stop_time is None else stop_time
+    if until is None:
+        where = document.at(document.root if node is None else node)
+        findings.wrong(where, "no stop time", "a number of seconds", "Say how long with --stop-time.")
+    if step is None:
+        step = float(notes["step"]) if notes else _hinted_step(document)
+    if step is None:
+        remarks = (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
+    return _Experiment(STEP if step is None else step, until or 0.0, remarks)
+
+
+def _hinted_step(document: Document) -> float | None:
+    """The macro step in an annotation of libcosim or OMSimulator."""
+    for name, attribute in (("FixedStepAlgorithm", "baseStepSize"), ("FixedStepMaster", "stepSize")):
+        for node in document.root.iterfind(f".//{{*}}{name}"):
+            if (found := number(document, node, attribute)) is not None and found > 0:
+                return found
+    return None
+
+
+def _units(
+    root: Group, parts: dict[tuple[str, ...], Part], findings: Findings, settings: Settings
+) -> tuple[dict[str, Source], Assembly, dict[str, Mapping[str, Any]]]:
+    """All units with their parameter values, how they are connected, and where the values come from."""
+    values = gather(root, lambda component, name: component.path in parts and parts[component.path].has(name))
+    assembly = Assembly(findings, values, Wiring(root, parts, findings))
+    for path, part in parts.items():
+        if part.structural:
+            given = {n: v for n, (v, _) in assembly.parameters(part, part.structural).items()}
+            given |= {s.name: s.value for s in settings.get(part.name, ()) if s.name in part.structural}
+            parts[path] = part.opened_with(given)
+    units: dict[str, Source] = {}
+    sources: dict[str, Mapping[str, Any]] = {}
+    for part in parts.values():
+        units[part.name], told = _with_values(part, assembly.parameters(part), settings.get(part.name, ()), assembly)
+        sources |= told
+        _refuse_others(part, assembly)
+    for part in parts.values():
+        assembly.connect(part)
+    for name in settings.keys() - units.keys() - {"scene"}:
+        if settings[name]:
+            close = did_you_mean(name, units)
+            findings.wrong(
+                f"--set {name}.{settings[name][0].name}", f"the unknown unit `{name}`", choices(units), close
+            )
+    return units, assembly, sources
+
+
+def _with_values(
+    part: Part, found: Mapping[str, tuple[Any, Value]], settings: Sequence[Setting], assembly: Assembly
+) -> tuple[Source, dict[str, Mapping[str, Any]]]:
+    declared = {v.name: v.quantity.unit for v in part.source.interface.parameters}
+    given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in found.items()}
+    for setting in settings:  # one element changes; the others stay as the unit has them
+        start = part.source.interface.starts.get(setting.name)
+        if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
+            given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
+    values, problems = values_of(part.name, part.source.interface.parameters, {}, given, settings)
+    assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
+    origins = {n: g.source for n, g in given.items()} | {s.name: "--set" for s in settings}
+    told: dict[str, Mapping[str, Any]] = {
+        f"{part.name}.{n}": {"value": v, "unit": declared[n], "source": origins[n]}
+        for n, v in values.items()
+        if n in declared
     }
-    values, problems = values_of(path.stem, unit.interface.parameters, {}, given, settings)
+    return with_parameters(part.source, values), told
+
+
+def _refuse_others(part: Part, assembly: Assembly) -> None:
+    """Start values of variables that are neither parameters nor inputs."""
+    for name, value in assembly.values.variables.get(part.component.path, {}).items():
+        if name not in part.places or part.places[name].role == "outputs":
+            told = f"a start value of `{part.name}.{name}`, which is neither a parameter nor an input"
+            assembly.findings.wrong(value.step.where, told, "values of parameters and inputs")
+
+
+def _steps(
+    notes: Mapping[str, Any] | None, parts: Mapping[tuple[str, ...], Part], experiment: _Experiment
+) -> dict[str, Fraction]:
+    """Units with a step of their own: as our annotation says, or OSP's for a component."""
+    if notes is not None:
+        return {name: Fraction(ratio) for name, ratio in notes.get("steps", {}).items()}
+    hints = {part.name: part.component.step_size for part in parts.values() if part.component.step_size}
+    found = {n: Fraction(hint / experiment.step).limit_denominator(10_000) for n, hint in hints.items()}
+    return {n: ratio for n, ratio in found.items() if ratio != 1}
+
+
+def _noted_inputs(notes: Mapping[str, Any] | None, units: Mapping[str, Source]) -> dict[str, Any]:
+    """Held inputs of our annotation, bytes being hexadecimal digits there."""
+    kinds = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
+    held: dict[str, Any] = dict((notes or {}).get("held", {}))
+    return {path: _bytes(value) if kinds.get(path) is Type.BINARY else value for path, value in held.items()}
+
+
+def _bytes(value: Any) -> Any:
+    return bytes.fromhex(value) if isinstance(value, str) else [_bytes(item) for item in value]
+
+
+def _sockets(notes: Mapping[str, Any] | None, units: Mapping[str, Source]) -> dict[str, Socket]:
+    """The sockets that units fill: as our annotation says, or where a unit fits one that no other has taken."""
+    if notes is not None:
+        return {name: SOCKETS[socket] for name, socket in notes["sockets"].items()}
+    found: dict[str, Socket] = {}
+    for name, source in units.items():
+        fitting = (
+            s for s in SOCKETS.values() if not s.problems(name, source.interface.inputs, source.interface.outputs)
+        )
+        for socket in fitting:
+            if socket not in found.values():
+                found[name] = socket
+                break
+    return found
+
+
+def _scene(
+    notes: Mapping[str, Any] | None, settings: Sequence[Setting], findings: Findings
+) -> tuple[Scene | None, dict[str, Mapping[str, Any]]]:
+    own = (notes or {}).get("scene")
+    if not own:
+        for setting in settings:
+            findings.wrong(f"--set scene.{setting.name}", "a scene", "a parameter of a unit: the SSP has no scene")
+        return None, {}
+    units = {v.name: v.quantity.unit for v in variables(Scene)}
+    given = {name: Given(value=value, unit=units[name], source="") for name, value in own.items()}
+    values, problems = values_of("scene", variables(Scene), {}, given, settings)
     raise_if_any(problems)
-    origins |= {s.name: "--set" for s in settings}
-    return values, {n: {"value": v, "unit": declared[n].quantity.unit, "source": origins[n]} for n, v in values.items()}
-
-
-def _value(variable: Variable, texts: list[str]) -> Any:
-    q = variable.quantity
-    if q.type is Type.BOOLEAN:
-        values: list[Any] = [text in {"true", "1"} for text in texts]
-    elif q.enumeration is not None:
-        values = [q.enumeration[text].value for text in texts]
-    else:
-        values = [float(text) if q.type is Type.FLOAT64 else int(text) for text in texts]
-    return np.array(values).reshape(variable.shape).tolist() if variable.shape else values[0]
-
-
-def _whole(name: str) -> str:
-    return _INDEX.sub("", name)
+    told: dict[str, Mapping[str, Any]] = {
+        f"scene.{s.name}": {"value": values[s.name], "unit": units[s.name], "source": "--set"} for s in settings
+    }
+    return Scene(**values), told

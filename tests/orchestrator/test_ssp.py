@@ -62,9 +62,9 @@ def test_settings_change_what_is_read(tmp_path):
     ("entries", "text"),
     [
         (None, "found a file that is no zip archive"),
-        ({"readme.txt": "x"}, "found a SystemStructure.ssd that cannot be read"),
-        ({"SystemStructure.ssd": "<a"}, "found a SystemStructure.ssd that cannot be read"),
-        ({"SystemStructure.ssd": "<a/>"}, "found no macro step"),
+        ({"readme.txt": "x"}, "found an archive without SystemStructure.ssd"),
+        ({"SystemStructure.ssd": "<a"}, "SystemStructure.ssd, line 1: found XML that is not well-formed"),
+        ({"SystemStructure.ssd": "<a/>"}, "found the element `a`; valid: `SystemStructureDescription` of SSP"),
         ({"../evil.txt": "x"}, "found an entry that would leave the folder, ../evil.txt"),
     ],
 )
