@@ -47,6 +47,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     step: run_options.Step = None,
     algorithm: run_options.MasterAlgorithm = None,
     solve_loops: run_options.SolveLoops = False,  # noqa: FBT002
+    lenient: run_options.Lenient = False,  # noqa: FBT002
     folder: run_options.Out = None,
     record: run_options.Record = None,
     live: run_options.Live = False,  # noqa: FBT002
@@ -61,45 +62,51 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     in the folder; 2: the request was wrong, nothing was written; 130: Ctrl-C, everything up to it is in the folder.
     """
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
-    with _working() as progress, FigureProcess() as drawing, RecordingProcess() as recording, ExitStack() as watching:
-        from fmus.version import Version  # noqa: PLC0415
-        from orchestrator.live import Live, wish  # noqa: PLC0415
-        from orchestrator.run import Beside, execute, load  # noqa: PLC0415
-        from orchestrator.scenario import Options  # noqa: PLC0415
+    with ExitStack() as watching:
+        with _working() as progress, FigureProcess() as drawing, RecordingProcess() as recording:
+            from fmus.version import Version  # noqa: PLC0415
+            from orchestrator.live import Live, wish  # noqa: PLC0415
+            from orchestrator.run import Beside, execute, load  # noqa: PLC0415
+            from orchestrator.scenario import Options  # noqa: PLC0415
 
-        options = Options(
-            mode="blocks" if blocks else Version(int(fmi)),
-            replacements={socket: name for socket, name in chosen.items() if name is not None},
-            settings=setting or [],
-            step=step,
-            stop_time=stop_time,
-            record=record or [],
-            algorithm=algorithm,
-            solve_loops=solve_loops,
-        )
-        wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
-        loaded = load(scenario, options, progress)
-        stream = None if wanted is None else watching.enter_context(Live(wanted, _tell))
-        finished = execute(loaded, folder, progress, Beside(drawing, recording, stream, realtime))
-    for remark in loaded.remarks + finished.notes:
+            options = Options(
+                mode="blocks" if blocks else Version(int(fmi)),
+                replacements={socket: name for socket, name in chosen.items() if name is not None},
+                settings=setting or [],
+                step=step,
+                stop_time=stop_time,
+                record=record or [],
+                algorithm=algorithm,
+                solve_loops=solve_loops,
+                lenient=lenient,
+            )
+            wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
+            loaded = load(scenario, options, progress)
+            stream = None if wanted is None else watching.enter_context(Live(wanted, _tell))
+            finished = execute(loaded, folder, progress, Beside(drawing, recording, stream, realtime))
+        code = _conclude(finished, loaded.remarks)
+        if stream is not None and err.is_terminal:
+            stream.stay()
+    raise typer.Exit(code)
+
+
+def _conclude(finished: Any, remarks: tuple[str, ...]) -> int:
+    """Tell how a run went, and give the exit code."""
+    for remark in remarks + finished.notes:
         err.print(f"note: {remark}", markup=False)
     _report(finished.summary, finished.folder)
+    if isinstance(finished.ended, KeyboardInterrupt):
+        err.print(f"macrostep: interrupted after {finished.summary['experiment']['ticks']} ticks", style="red")
+        return INTERRUPTED
     if finished.ended is not None:
-        raise typer.Exit(_ended_early(finished.ended, finished.summary))
+        err.print(f"macrostep: the run ended in a fault at {finished.ended}", style="red")
+        return FAULT
+    return 0
 
 
 def _tell(text: str) -> None:
     """Something a person may want to know while the run goes on."""
     err.print(text, markup=False)
-
-
-def _ended_early(reason: Exception | KeyboardInterrupt, told: dict[str, Any]) -> int:
-    """Say why a run ended before its time, and give the exit code."""
-    if isinstance(reason, KeyboardInterrupt):
-        err.print(f"macrostep: interrupted after {told['experiment']['ticks']} ticks", style="red")
-        return INTERRUPTED
-    err.print(f"macrostep: the run ended in a fault at {reason}", style="red")
-    return FAULT
 
 
 def _report(told: dict[str, Any], folder: Path) -> None:
@@ -123,13 +130,10 @@ def _report(told: dict[str, Any], folder: Path) -> None:
 
 
 def _pace(told: dict[str, Any]) -> str:
-    late = (
-        f"{told['late_ticks']} late, the worst by {told['worst_s'] * 1e3:.1f} ms" if told["late_ticks"] else "none late"
-    )
+    late = "no tick late"
+    if told["late_ticks"]:
+        late = f"{told['late_ticks']} ticks late, the worst by {told['worst_s'] * 1e3:.1f} ms"
     return f"at {told['factor']:g} x real time ({late})"
-
-
-app.command()(export)
 
 
 @app.command()
@@ -195,6 +199,34 @@ def _drive(request: Any) -> Any:
     with Progress(console=err) as bar:
         cases = bar.add_task("driving variations", total=len(request.cases))
         return varied.run(request, lambda: bar.advance(cases))
+
+
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, an .ssp, or a mapping file (.toml).")],
+    socket: Annotated[str | None, typer.Option(help="The socket that an FMU is meant for.")] = None,
+    template: Annotated[
+        Path | None, typer.Option("--out", help="Where the mapping template goes; FILE.SOCKET.toml if not given.")
+    ] = None,
+) -> None:
+    """Say what a file is, which rules it breaks, which socket it fits and what is missing.
+
+    With `--socket` a mapping template is written too, if one is of use; a file that is there is never overwritten.
+    Exit code 0: all well, and it fits the socket that was named, perhaps by conversions that are listed; 1: it breaks
+    rules, cannot be used, or does not fit the socket; 2: the request was wrong.
+    """
+    from orchestrator.check import check as checking  # noqa: PLC0415
+
+    with _working() as progress:
+        progress(f"reading {file}")
+        found = checking(file, socket, template)
+    for line in found.lines:
+        out.print(line, markup=False)
+    for problem in found.problems:
+        err.print("macrostep: ", end="", style="red")
+        err.print(str(problem), markup=False)
+    if not found.good:
+        raise typer.Exit(FAULT)
 
 
 @app.command("list")

@@ -13,9 +13,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
+from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator import viewer
@@ -30,6 +32,8 @@ PORT: Final = 9876
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0
 """[s] a viewer is waited for before the run begins; once it runs, nothing waits for it"""
+_ANSWERS_WITHIN: Final = 2.0
+"""[s] for a viewer that is already there"""
 _FOLLOWS_WITHIN: Final = 1.5
 """[s] after the last tick in which a viewer may take what is left"""
 _URL: Final = re.compile(r"rerun(\+https?)?://[^/\s]+/proxy")
@@ -76,6 +80,9 @@ class Live:
         self._process = RecordingProcess(TO_VIEWER).__enter__()
         if self._url is None:
             self._start()
+        elif not answers(self._url):
+            self._tell(f"no viewer answers at {self._url}; the run goes on without it")
+            self._url = None
         return self
 
     def __exit__(
@@ -83,11 +90,13 @@ class Live:
     ) -> None:
         self._process.__exit__(kind, error, trace)
         if self._server is not None and not self._stays:
-            self._server.terminate()
+            self._server.kill()  # it keeps nothing, and one that was stopped would not hear anything softer
             self._server.wait()
 
     def _start(self) -> None:
         port = free_port(PORT)
+        if port != PORT:
+            self._tell(f"port {PORT} is taken, by another viewer perhaps; this one has {port}")
         self._url = f"rerun+http://{LOOPBACK}:{port}/proxy"
         window = self._wish.viewer and not self._wish.web and has_display()
         if window:
@@ -105,6 +114,7 @@ class Live:
         self._server = serve(port, how)
         if not listens(port, _STARTS_WITHIN, self._server):
             self._tell("the viewer did not start; the run goes on without it")
+            self._url = None
 
     def begin(self, request: Request, simulation: Simulation) -> None:
         """Stream `simulation` from now on, until `end`."""
@@ -112,8 +122,9 @@ class Live:
             self._process.begin(replace(request, sink=self._url), simulation)
 
     def wait_until_open(self) -> None:
-        """Wait until the viewer can show rows as they come; a viewer that is not there does not hold up the run."""
-        self._process.wait_until_open()
+        """Wait until the viewer can show rows as they come."""
+        if self._url is not None:
+            self._process.wait_until_open()
 
     def end(self, about: Mapping[str, str]) -> None:
         """There will be no more rows; comes back at once."""
@@ -124,6 +135,13 @@ class Live:
         """Let the viewer take what is left, but not for long; what it did not get, in a line, or nothing."""
         problem = self._process.wait(max(0.0, self._deadline - time.monotonic()))
         return f"the viewer did not take the whole run ({problem}); the recording has it" if problem else ""
+
+    def stay(self) -> None:
+        """Keep a page in the browser up until Ctrl-C; it has no process of its own that a person could close."""
+        if self._wish.web and self._server is not None and self._server.poll() is None:
+            self._tell("the page stays until Ctrl-C")
+            with suppress(KeyboardInterrupt):
+                self._server.wait()
 
 
 def serve(port: int, how: list[str]) -> subprocess.Popen[bytes]:
@@ -145,6 +163,16 @@ def listens(port: int, within: float, server: subprocess.Popen[bytes]) -> bool:
                 return True
         time.sleep(0.05)
     return False
+
+
+def answers(url: str) -> bool:
+    """Whether somebody listens at a URL."""
+    parts = urlsplit(url)
+    try:
+        with socket.create_connection((parts.hostname or "", parts.port or PORT), _ANSWERS_WITHIN):
+            return True
+    except (OSError, ValueError):
+        return False
 
 
 def free_port(wanted: int) -> int:
@@ -169,4 +197,4 @@ def has_display() -> bool:
 
 def web_address(port: int, url: str) -> str:
     """The page of the web viewer on `port` that shows what is streamed to `url`."""
-    return f"http://{LOOPBACK}:{port}/?url={url.replace(':', '%3A').replace('/', '%2F').replace('+', '%2B')}"
+    return f"http://{LOOPBACK}:{port}/?url={quote(url, safe='')}"

@@ -45,7 +45,8 @@ class Recording:
             self._tidy = self._open(_beside(self._file))
         self._begun = True
         self._send(self._stream, batches)
-        self._stream.flush()
+        if self._file is not None:  # a viewer takes them when it can
+            self._stream.flush()
         if self._tidy is not None:
             self._pending += batches
             if sum(map(len, self._pending)) >= LARGE:

@@ -41,6 +41,9 @@ MasterAlgorithm: TypeAlias = Annotated[
 SolveLoops: TypeAlias = Annotated[
     bool, typer.Option("--solve-loops", help="Solve algebraic loops by iteration; refused if not given.")
 ]
+Lenient: TypeAlias = Annotated[
+    bool, typer.Option("--lenient", help="Run files though they break rules of FMI or SSP; notes say which.")
+]
 Out: TypeAlias = Annotated[
     Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
 ]
