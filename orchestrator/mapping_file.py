@@ -86,9 +86,9 @@ class MappingFile:
 
 def written(mapping: MappingFile, fmu: str | None = None) -> str:
     """The mapping as TOML that reads back as the same mapping; `fmu` names the file."""
-    lines = [f"fmu = {_text(fmu)}"] if fmu else []
-    lines += [f"socket = {_text(mapping.socket or '')}"]
-    lines += [f"axes = {_text(mapping.axes)}"] if mapping.axes != AXES[0] else []
+    lines = [f"fmu = {quoted(fmu)}"] if fmu else []
+    lines += [f"socket = {quoted(mapping.socket or '')}"]
+    lines += [f"axes = {quoted(mapping.axes)}"] if mapping.axes != AXES[0] else []
     lines += [] if mapping.feedthrough else ["feedthrough = false"]
     buses = dict.fromkeys([*(s.partition(".")[0] for s in mapping.signals), *mapping.references, *mapping.velocities])
     for bus in buses:
@@ -96,9 +96,9 @@ def written(mapping: MappingFile, fmu: str | None = None) -> str:
         if bus in mapping.references:
             point, distance = mapping.references[bus]
             far = f", distance = {amount_text(distance)}" if distance else ""
-            lines.append(f"reference = {{ point = {_text(point)}{far} }}")
+            lines.append(f"reference = {{ point = {quoted(point)}{far} }}")
         velocity = mapping.velocities.get(bus, VELOCITIES[0])
-        lines += [f"velocity = {_text(velocity)}"] if velocity != VELOCITIES[0] else []
+        lines += [f"velocity = {quoted(velocity)}"] if velocity != VELOCITIES[0] else []
         names = {"v_x": "v", "v_y": "beta"} if velocity == VELOCITIES[2] else {}
         for signal, entries in mapping.signals.items():
             if signal.partition(".")[0] == bus:
@@ -106,7 +106,7 @@ def written(mapping: MappingFile, fmu: str | None = None) -> str:
                 lines.append(f"{names.get(leaf, leaf)} = {entries_text(entries)}")
     for key, amounts in (("constants", mapping.constants), ("parameters", mapping.parameters)):
         lines += ["", f"[{key}]"] if amounts else []
-        lines += [f"{_text(name)} = {amount_text(amount)}" for name, amount in amounts.items()]
+        lines += [f"{quoted(name)} = {amount_text(amount)}" for name, amount in amounts.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -121,18 +121,19 @@ def _entry_text(entry: Entry) -> str:
         return "{ unused = true }"
     if entry.constant is not None:
         return f"{{ constant = {amount_text(entry.constant)} }}"
-    names = [_text(name) for name in entry.variables]
+    names = [quoted(name) for name in entry.variables]
     variable = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
     parts = {"unit": entry.unit, "as": entry.role, "angle": entry.angle}
-    told = [f"{key} = {_text(text)}" for key, text in parts.items() if text is not None]
+    told = [f"{key} = {quoted(text)}" for key, text in parts.items() if text is not None]
     told += [f"{key} = {amount_text(amount)}" for key, amount in entry.numbers.items()]
     return f"{{ variable = {variable}, {', '.join(told)} }}" if told else variable
 
 
 def amount_text(amount: Amount) -> str:
     """A number with its unit as a TOML value."""
-    return f"{{ value = {_text(amount.value)}, unit = {_text(amount.unit)} }}"
+    return f"{{ value = {quoted(amount.value)}, unit = {quoted(amount.unit)} }}"
 
 
-def _text(value: Any) -> str:
-    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
+def quoted(value: Any) -> str:
+    """A text, number, truth value or list as TOML."""
+    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

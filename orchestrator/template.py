@@ -14,7 +14,7 @@ from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
 from fmus.unit import Interface
 from orchestrator.mapping import Fitting, Row
-from orchestrator.mapping_file import ROLES, STEERING, TO_FILL, entries_text
+from orchestrator.mapping_file import ROLES, STEERING, TO_FILL, entries_text, quoted
 from orchestrator.relations import ROLE_UNITS, conversion
 
 _SYNONYMS: Final = {
@@ -56,7 +56,7 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
         '# SIGNAL = "VARIABLE", or SIGNAL = { variable = "VARIABLE", unit = "km/h", factor = 1, offset = ... }:',
         "#   signal = factor * variable + offset. Units are converted; `unit` is for FMUs that are wrong or silent.",
         f'# "{TO_FILL}" is to be filled in.',
-        f'fmu = "{fmu}"',
+        f"fmu = {quoted(fmu)}",
         f'socket = "{socket.name}"',
         '# axes = "y_right"  # y to the right, z down; ours: iso8855, y to the left',
         "# feedthrough = false  # its outputs show by stepping, though it declares that they depend on its inputs",
@@ -71,7 +71,9 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
             "[constants]",
             "# Inputs of the FMU that no signal drives; they keep their start value if not given.",
         ]
-        lines += [f'# "{v.name}" = {{ value = {_start(v, theirs)}, unit = "{v.quantity.unit}" }}' for v in free]
+        lines += [
+            f"# {quoted(v.name)} = {{ value = {_start(v, theirs)}, unit = {quoted(v.quantity.unit)} }}" for v in free
+        ]
     return "\n".join(lines) + "\n"
 
 

@@ -9,7 +9,7 @@ from typing import Any, final
 from lxml import etree
 
 from components.interfaces.block import Block, block
-from components.interfaces.buses import VehicleState
+from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.maths import atan2, cos, sin, sqrt
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
@@ -17,7 +17,6 @@ from components.interfaces.runge_kutta import runge_kutta
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import PlantInputs
 from components.vehicle.bicycle import Bicycle
-from components.interfaces.buses import Actuation
 from fmus.build import build
 from fmus.version import Version
 from orchestrator.scenario import default_values
