@@ -299,9 +299,9 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, 
 _SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
 
 
-def parse_settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
-    """`controller.b_3=1e-2` and the like, by unit. Raises `RequestError`."""
-    found: dict[str, list[Setting]] = {unit: [] for unit in (*SOCKETS, "scene")}
+def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS, "scene")) -> dict[str, list[Setting]]:
+    """`controller.b_3=1e-2` and the like, by unit: one of `units`, or any if these are None. Raises `RequestError`."""
+    found: dict[str, list[Setting]] = {unit: [] for unit in units or ()}
     problems: list[Problem] = []
     for text in texts:
         match = _SETTING.fullmatch(text)
@@ -309,11 +309,12 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Setting]]:
             problems.append(
                 Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
             )
-        elif match["unit"] not in found:
+        elif units is not None and match["unit"] not in found:
             problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
         else:
             index = None if match["index"] is None else int(match["index"])
-            found[match["unit"]].append(Setting(match["unit"], match["name"], index, _literal(match["value"])))
+            setting = Setting(match["unit"], match["name"], index, _literal(match["value"]))
+            found.setdefault(match["unit"], []).append(setting)
     raise_if_any(problems)
     return found
 
