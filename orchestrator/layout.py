@@ -102,10 +102,11 @@ def questions(system: System) -> dict[str, list[Plot]]:
 
 
 def buses(system: System) -> list[Plot]:
-    """All signals, grouped by unit, bus and physical unit, so that none is flat beside a larger one."""
+    """All signals that are numbers, grouped by unit, bus and physical unit: none is flat beside a larger one."""
     found: dict[str, list[str]] = {}
-    for signal in signals(system):
-        found.setdefault(f"{signal.bus} [{signal.variable.quantity.unit}]", []).append(signal.path)
+    for signal in (signal for signal in signals(system) if signal.is_number):
+        unit = signal.variable.quantity.unit
+        found.setdefault(f"{signal.bus} [{unit}]" if unit else signal.bus, []).append(signal.path)
     return [Plot(bus, tuple(paths)) for bus, paths in found.items()]
 
 

@@ -112,13 +112,13 @@ class RunPicture:
             if names := signal.states:
                 at = self._at("states", *signal.path.split("."))
                 rows = self._memory.news(at, values[:, None])
-                yield States(entity=at, rows=rows, names=[names.get(int(v), f"{v:g}") for v in values[rows]])
+                yield States(entity=at, rows=rows, names=[names.get(v, f"{v:g}") for v in values[rows].tolist()])
         for path, elements in columns.texts.items():
             for i, values in enumerate(elements):
                 index = f"[{i + 1}]" if len(elements) > 1 else ""
                 at = self._at("states", *f"{path}{index}".split("."))
                 rows = self._memory.news(at, np.array(values, dtype=object)[:, None])
-                yield States(entity=at, rows=rows, names=[values[row] for row in np.flatnonzero(rows)])
+                yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
         ends = np.unique([0, len(columns.time) - 1])
         for limit in (limit for limit in self.limits if columns.has(limit.signal)):
             at = self._at(*layout.limit_parts(limit))

@@ -98,10 +98,21 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
         title, scenery, answers = "Run" if len(runs) == 1 else "Runs", _scenery(runs), _answers(runs, differences)
         rows = Group("column", [answers], None, title)
         tabs.append(rows if scenery is None else Group("column", [scenery, answers], [3, 5], title))
-    plots = _joined([(run, layout.buses(run.system)) for run in runs])
+    plots: list[View] = [*_joined([(run, layout.buses(run.system)) for run in runs])]
+    if not tabs:
+        plots += _what_there_is(runs)
     tabs.append(Group("grid", plots, title="All signals", columns=4))
     tabs.append(Document("About this run" if len(runs) == 1 else "About these runs", "/about"))
     return Group("tabs", tabs)
+
+
+def _what_there_is(runs: Sequence[RunPicture]) -> list[View]:
+    """What stands beside the signals of systems without vehicle, traffic and controller."""
+    times = [entity("performance", run.run, "step_time") for run in runs]
+    found: list[View] = [Series(f"Wall time per step [{MICROSECONDS}]", times)] if len(runs) == 1 else []
+    if any(signal.states or signal.is_text for run in runs for signal in run.signals):
+        found.append(Timeline("Modes and texts", "/states"))
+    return found
 
 
 def _scenery(runs: Sequence[RunPicture]) -> View | None:
