@@ -42,10 +42,10 @@ def located(part: Part, request: str) -> Part:
     return part.model_copy(update={key: str(path) for key, path in beside.items() if path.is_file()})
 
 
-def chosen_fmu(socket: str, part: Part, request: str, remarks: list[str]) -> Part:
+def chosen_fmu(socket: str, part: Part, request: str, remarks: list[str], *, lenient: bool = False) -> Part:
     """The FMU (or mapping file) `request` in place of `part`, whose parameters go along where they fit."""
     chosen, _ = foreign_part(Part(fmu=request), socket)
-    declared = {v.name: v for v in Fmu(Path(chosen.fmu or "")).interface.parameters}
+    declared = {v.name: v for v in Fmu(Path(chosen.fmu or ""), lenient=lenient).interface.parameters}
     kept, other = in_units_of(part.parameters, declared)
     dropped = sorted(part.parameters.keys() - declared.keys() - chosen.parameters.keys())
     if dropped:

@@ -47,9 +47,10 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
             raise refuse(
                 request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out"
             )
-        found = ssp_reader.read(path, parse_settings(options.settings, None), options.step, options.stop_time)
+        settings = parse_settings(options.settings, None)
+        found = ssp_reader.read(path, settings, options.step, options.stop_time, lenient=options.lenient)
         if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
-            found = replace(found, remarks=("that run was cut short; this one begins anew",))
+            found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
         return found
     return prepare(request, options, progress)
 

@@ -57,6 +57,8 @@ class Options:
     """`controller.plan.*:10`"""
     algorithm: str | None = None
     solve_loops: bool = False
+    lenient: bool = False
+    """Whether FMUs run though they break rules"""
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,9 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
             wanted = _as_fmu(wanted, socket, options.mode, progress)
         elif part.fmu is not None:
             part = part.model_copy(update={"fmu": _as_fmu(part.fmu, socket, options.mode, progress)})
-        parts[socket], mappings[socket] = foreign_part(_replaced(socket, part, wanted, remarks), socket)
+        parts[socket], mappings[socket] = foreign_part(
+            _replaced(socket, part, wanted, remarks, lenient=options.lenient), socket
+        )
     kinds = {s: block_named(p.block, f"{name}: {s}.block", s) for s, p in parts.items() if p.block is not None}
 
     problems: list[Problem] = []
@@ -173,12 +177,14 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
         if part.fmu is None:
             declared, defaults = kinds[socket].parameters(), parameter_set(kinds[socket].name)
         else:
-            declared, defaults = Fmu(Path(part.fmu)).interface.parameters, {}
+            archive = Fmu(Path(part.fmu), lenient=options.lenient).archive
+            remarks += [f"{socket}: {Path(part.fmu).name}: {told}" for told in archive.remarks]
+            declared, defaults = archive.interface.parameters, {}
             part = parts[socket] = in_their_units(part, declared)  # noqa: PLW2901
         values[socket], found = values_of(socket, declared, defaults, part.parameters, settings[socket])
         problems += found
         if part.fmu is not None:
-            fmu = Fmu(Path(part.fmu), {} if found else values[socket])
+            fmu = Fmu(Path(part.fmu), {} if found else values[socket], options.lenient)
             foreign[socket], found, told = fitted(socket, SOCKETS[socket], fmu, mappings[socket])
             problems += found
             remarks += told
@@ -225,13 +231,14 @@ def _as_fmu(request: str, socket: str, mode: Mode, progress: Callable[[str], Non
     return str(build_modelica(request, version, built_folder() / "modelica", socket).path)
 
 
-def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[str]) -> Part:
+def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[str], *, lenient: bool) -> Part:
     """The part a person chose instead; parameters of the scenario go along where the new one has them."""
     given = part.given(socket)
     if replacement is None:
         return part.model_copy(update={"parameters": given})
     if replacement.endswith(FOREIGN):
-        return chosen_fmu(socket, part.model_copy(update={"parameters": given}), replacement, remarks)
+        part = part.model_copy(update={"parameters": given})
+        return chosen_fmu(socket, part, replacement, remarks, lenient=lenient)
     declared = {v.name for v in block_named(replacement, f"--{socket}", socket).parameters()}
     kept = {n: g for n, g in given.items() if n in declared}
     dropped = sorted(given.keys() - kept.keys())

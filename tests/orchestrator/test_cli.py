@@ -208,6 +208,21 @@ def test_an_fmu_without_its_library_is_refused_before_anything_is_written(macros
     assert not (in_tmp_path / "r").exists()
 
 
+@NO_PICTURES
+def test_an_fmu_that_breaks_a_rule_runs_leniently_and_a_note_says_which(macrostep, built_fmus):
+    with zipfile.ZipFile(built_fmus / "fmi3" / "bicycle.fmu") as whole, zipfile.ZipFile("odd.fmu", "w") as odd:
+        for name in whole.namelist():
+            content = whole.read(name)
+            if name == "modelDescription.xml":
+                content = content.replace(b"<fmiModelDescription ", b'<fmiModelDescription maker="me" ')
+            odd.writestr(name, content)
+    options = ("run", "static", "--blocks", "--plant", "odd.fmu", "--stop-time", 0.5, "--out", "r")
+    code, _, err = macrostep(*options)
+    assert (code, "odd.fmu, modelDescription.xml, line 2: found Element" in err, "--lenient" in err) == (2, True, True)
+    code, _, err = macrostep(*options, "--lenient")
+    assert (code, "note: plant: odd.fmu: modelDescription.xml, line 2: Element" in err) == (0, True)
+
+
 @pytest.mark.parametrize(
     ("description", "text"),
     [
