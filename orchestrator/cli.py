@@ -136,6 +136,9 @@ def _pace(told: dict[str, Any]) -> str:
     return f"at {told['factor']:g} x real time ({late})"
 
 
+app.command()(export)
+
+
 @app.command()
 def build(
     models: Annotated[

@@ -150,7 +150,8 @@ def test_conversions_and_own_steps_are_written(built_fmus, tmp_path):
         (
             ["static", "--container", "a.fmu", "--ssp", "a.ssp", "--algorithm", "clocked"],
             [
-                "macrostep: algorithm: found `clocked`, for which a container has no Event Mode; valid: sequential, jacobi"
+                "macrostep: algorithm: found `clocked`, for which a container has no Event Mode; "
+                "valid: sequential, jacobi"
             ],
         ),
     ],
