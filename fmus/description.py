@@ -28,6 +28,8 @@ from fmus.version import Version
 
 FILE: Final = "modelDescription.xml"
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
+_ACCEPTED: Final = ("must have variability",)
+"""Rules that common exporters break (integers without a variability, by pythonfmu) and most tools let them"""
 _MOST: Final = 20
 """Problems of one kind that are listed; a file with more of them is no better known by a longer list."""
 
@@ -60,8 +62,9 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     remarks += [f"{FILE}, line {line}: {text}" for line, text in broken[:_MOST]]
     model = _model(content, root, place)
     breaches = validation.validate_model_description(model)
-    if breaches and not lenient:
-        raise_if_any(_problem(place, None, text, version) for text in breaches[:_MOST])
+    refused = [text for text in breaches if not any(words in text for words in _ACCEPTED)]
+    if not lenient:
+        raise_if_any(_problem(place, None, text, version) for text in refused[:_MOST])
     structure = validation.validate_model_description(model, validate_model_structure=True)
     remarks += [f"{FILE}: {_tidy(text)}" for text in dict.fromkeys([*breaches, *structure])]
     return Description(root, model, version, tuple(remarks))

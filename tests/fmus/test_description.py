@@ -194,6 +194,13 @@ def test_what_most_tools_accept_is_said_but_not_refused():
     )
 
 
+def test_integers_without_a_variability_are_said_but_not_refused():
+    text = GOOD2.replace('<Real start="0"/>', '<Integer start="0"/>')
+    assert read(text).remarks == (
+        "modelDescription.xml: The variable `u` (line 6) is of type Integer and must have variability != `continuous`",
+    )
+
+
 def test_lists_may_be_spaced_as_xml_allows():
     spaced = GOOD2.replace('dependencies="1"', 'dependencies=" 1\n  1 "')
     assert [v.name for v in read(spaced).model.outputs[0].dependencies] == ["u", "u"]

@@ -1,0 +1,68 @@
+"""FMUs that pythonfmu and pythonfmu3 export are read by the strict reader and run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fmus.archive import open_fmu
+from orchestrator.master import simulate
+from orchestrator.system import Fmu, System
+
+TWO = """
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
+
+
+class Model(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.y, self.n, self.s, self.p = 0.0, 0.0, 3, "a", 2.0
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+        self.register_variable(Integer("n", causality=Fmi2Causality.output))
+        self.register_variable(String("s", causality=Fmi2Causality.output))
+        tunable = Fmi2Variability.tunable
+        self.register_variable(Real("p", causality=Fmi2Causality.parameter, variability=tunable))
+
+    def do_step(self, t, h):
+        self.y, self.n, self.s = self.p * self.u, self.n + 1, self.s + "b"
+        return True
+"""
+THREE = """
+from pythonfmu3 import Fmi3Causality, Fmi3Slave, Fmi3Variability, Float64, Int32, String
+
+
+class Model(Fmi3Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.time, self.u, self.y, self.n, self.p = 0.0, 0.0, 0.0, 3, 2.0
+        continuous, tunable = Fmi3Variability.continuous, Fmi3Variability.tunable
+        self.register_variable(Float64("time", causality=Fmi3Causality.independent, variability=continuous))
+        self.register_variable(Float64("u", causality=Fmi3Causality.input))
+        self.register_variable(Float64("y", causality=Fmi3Causality.output))
+        self.register_variable(Int32("n", causality=Fmi3Causality.output))
+        self.register_variable(Float64("p", causality=Fmi3Causality.parameter, variability=tunable))
+
+    def do_step(self, t, h):
+        self.y, self.n = self.p * self.u, self.n + 1
+        return True
+"""
+
+
+@pytest.mark.parametrize(("tool", "source"), [("pythonfmu", TWO), ("pythonfmu3", THREE)])
+def test_python_fmus_run(tmp_path, tool, source):
+    pytest.importorskip(tool)
+    # in one process with a name of its own: both tools import the script into our interpreter
+    (tmp_path / f"{tool}_model.py").write_text(source)
+    command = [sys.executable, "-m", tool, "build", "-f", f"{tool}_model.py"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    path = Path(tmp_path, "Model.fmu")
+    assert "needs the tool that made it to be installed" in open_fmu(path).remarks
+    rows = simulate(System({"m": Fmu(path, {"p": 3.0})}, {}, held={"m.u": 2.0}), h=0.1, until=0.3)
+    assert rows["m.y"].tolist() == [0.0, 6.0, 6.0, 6.0]
+    assert rows["m.n"].tolist() == [3, 4, 5, 6]
+    if tool == "pythonfmu":
+        assert rows["m.s"].tolist() == ["a", "ab", "abb", "abbb"]
