@@ -119,6 +119,7 @@ def _interface(read_one: Description, found: list[Port]) -> Interface:
         clocks=clocks(read_one.root),
         aliases=aliases(description),
         undeclared=_undeclared(description, outputs),
+        initials=tuple(p.variable for p in found if p.causality == "initial"),
     )
 
 

@@ -170,7 +170,7 @@ class FmuUnit(Unit):
         return set_values if direction == "Set" else get_values
 
     def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
-        for variable in self.interface.parameters:
+        for variable in (*self.interface.parameters, *self.interface.initials):
             if variable.name in parameters and (variable.name in self._archive.structural) is structural:
                 kind = variable.quantity.type
                 column = np.array(parameters[variable.name], dtype=DTYPES[kind]).ravel()

@@ -38,7 +38,7 @@ class Port:
 
     variable: Variable
     causality: str
-    """`input`, `output` or `parameter`; structural parameters are parameters"""
+    """`input`, `output`, `parameter` (structural ones too), or `initial` for a start value that may be set"""
     start: Any
     """The start value in the shape of the variable; None if there is none"""
     references: list[int]
@@ -62,7 +62,23 @@ def ports(root: Any, description: ModelDescription, version: Version, values: Ma
         for variable in description.modelVariables
         if variable.causality in _CAUSALITIES and variable.type != "Clock" and not _is_second_name(variable)
     ]
-    return list(_arrays(found)) if version == Version.FMI2 else found
+    found = list(_arrays(found)) if version == Version.FMI2 else found
+    known = {p.variable.name for p in found if p.causality != "output"}
+    outputs = {p.variable.name: p.references for p in found if p.causality == "output"}
+    starts = [replace(_port(v, units, lengths, texts), causality="initial") for v in _settable(description)]
+    starts = list(_arrays(starts)) if version == Version.FMI2 else starts
+    # what shares its name with an output is the same variable, or some elements of an array: then it stays unset
+    return found + [
+        p for p in starts if p.variable.name not in known and outputs.get(p.variable.name, p.references) == p.references
+    ]
+
+
+def _settable(description: ModelDescription) -> Iterator[Any]:
+    """Outputs and local variables whose start value may be set before the initialisation."""
+    for v in description.modelVariables:
+        hidden = v.causality in ("output", "local", None) and v.initial in ("exact", "approx")
+        if hidden and v.variability != "constant" and v.type != "Clock" and v.alias is None:
+            yield v
 
 
 def _is_second_name(variable: Any) -> bool:
@@ -100,7 +116,7 @@ def _port(
     start = [_value(text, quantity.type) for text in given]
     return Port(
         Variable(variable.name, quantity),
-        _CAUSALITIES[variable.causality],
+        _CAUSALITIES.get(variable.causality, ""),
         _shaped(start, quantity) if start else None,
         [variable.valueReference],
         structural=variable.causality == "structuralParameter",

@@ -47,6 +47,8 @@ class Interface:
     clocks: tuple[Clock, ...] = ()
     aliases: Mapping[str, str] = field(default_factory=dict[str, str])
     """Other names of inputs, outputs and parameters, each with the name it stands for"""
+    initials: tuple[Variable, ...] = ()
+    """Outputs and local variables whose start value may be set like that of a parameter"""
     undeclared: frozenset[str] = frozenset()
     """Outputs whose dependencies the file does not declare; they are taken to depend on every input"""
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 from lxml import etree
@@ -25,6 +25,8 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.ports import whole_name
 from fmus.version import Version
+from orchestrator.mapped import Mapped
+from orchestrator.mapping_file import written
 from orchestrator.scenario import Scenario
 from orchestrator.ssp_rules import SSC, SSD, SSV
 from orchestrator.ssp_xml import Element, add, has_unit, literal, qualified, unit_definitions
@@ -34,9 +36,17 @@ OURS: Final = "urn:macrostep"
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 BLOCK_TYPE: Final = "application/x-macrostep-block"
 BLOCK_SOURCE: Final = "urn:macrostep:block:"
+MAPPING_TYPE: Final = "application/x-macrostep-mapping"
+"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
 FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
 _NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
+_CAUSALITIES: Final = {
+    "inputs": ("input",),
+    "outputs": ("output",),
+    "parameters": ("parameter", "structuralParameter"),
+    "initials": ("output", "local"),
+}
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
@@ -48,8 +58,11 @@ def write(scenario: Scenario, path: Path) -> None:
     files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
     for name, source in scenario.system.units.items():
         files[f"resources/{name}.ssv"] = _text(_parameter_set(scenario, name))
-        if isinstance(source, Fmu):
-            files[_resource(scenario.system, name)] = Path(source.path).read_bytes()
+        if (file := file_of(source)) is not None:
+            files[_resource(scenario.system, name, file)] = file.read_bytes()
+        if isinstance(source, Mapped):
+            fmu = Path(_resource(scenario.system, name, source.fmu.path)).name
+            files[f"resources/{name}.toml"] = written(source.fitting.mapping, fmu).encode()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name, _EPOCH)
@@ -63,10 +76,16 @@ def not_a_file(unit: str, source: Source) -> Problem:
     return Problem(unit, found, "a block that becomes C, or an FMU that fits its socket", f"Choose it with --{unit}.")
 
 
-def _resource(system: System, unit: str) -> str:
+def file_of(source: Source) -> Path | None:
+    """The FMU file that a unit is made from; None for a block of this process."""
+    fmu = source.fmu if isinstance(source, Mapped) else source
+    return Path(fmu.path) if isinstance(fmu, Fmu) else None
+
+
+def _resource(system: System, unit: str, path: Path) -> str:
     """Where a unit's FMU is in the archive; the unit's name comes first where another file has the same name."""
-    path = Path(cast(Fmu, system.units[unit]).path)
-    others = [Path(s.path) for s in system.units.values() if isinstance(s, Fmu) and Path(s.path) != path]
+    files = [file_of(source) for source in system.units.values()]
+    others = [file for file in files if file is not None and file != Path(path)]
     return f"resources/{unit}.{path.name}" if any(o.name == path.name for o in others) else f"resources/{path.name}"
 
 
@@ -144,7 +163,7 @@ def _transformation(parent: Element, transformation: Transformation, q: Quantity
 def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
     """The names of a variable's elements where FMI 2.0 flattens them, as the file spells them; else its own.
 
-    `role` is `inputs`, `outputs` or `parameters`.
+    `role` is `inputs`, `outputs`, `parameters` or `initials`.
     """
     variable = {v.name: v for v in getattr(source.interface, role)}[name]
     if not (old and variable.shape):
@@ -154,7 +173,7 @@ def element_names(source: Source, name: str, role: str, *, old: bool) -> list[st
     spelled = {
         v.valueReference: str(v.name)
         for v in source.archive.description.modelVariables
-        if v.causality == role.removesuffix("s") and whole_name(v.name, {name: None}) == name
+        if v.causality in _CAUSALITIES[role] and whole_name(v.name, {name: None}) == name
     }
     return [spelled[reference] for reference in source.archive.references[name]]
 
@@ -204,7 +223,9 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
     system = scenario.system
     source = system.units[name]
     if isinstance(source, Fmu):
-        kind, where = FMU_TYPE, _resource(system, name)
+        kind, where = FMU_TYPE, _resource(system, name, source.path)
+    elif isinstance(source, Mapped):
+        kind, where = MAPPING_TYPE, f"resources/{name}.toml"
     elif isinstance(source, InProcess):
         kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
     else:
@@ -248,14 +269,15 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
     root.set("name", scenario.name)
     parameters = add(root, SSV, "Parameters")
     used: list[Quantity] = []
-    for variable in source.interface.parameters:
+    initials = source.interface.initials
+    for variable in (*source.interface.parameters, *initials):
         if variable.name not in source.parameters:
             continue
         used.append(variable.quantity)
         value = np.asarray(source.parameters[variable.name])
         origin = scenario.sources.get(f"{name}.{variable.name}", {}).get("source", "")
         texts = [literal(element, variable.quantity) for element in value.ravel().tolist()]
-        labels = element_names(source, variable.name, "parameters", old=old)
+        labels = element_names(source, variable.name, "initials" if variable in initials else "parameters", old=old)
         for label, text in zip(labels, texts if old else [" ".join(texts)], strict=True):
             parameter = add(parameters, SSV, "Parameter", name=label)
             if origin:

@@ -120,7 +120,12 @@ class Assembly:
             given = self.given(part, variable, [d for d in drivers if d.part is None], start)
             if given is not None:
                 found[name] = given
-                self.lines[f"{part.name}.{name}"] = given[1].step.where
+        if only is None:
+            for name in [n for n, p in part.initials.items() if not p.at]:
+                start = part.source.interface.starts.get(name)
+                if (given := self.given(part, part.initials[name].variable, [], start)) is not None:
+                    found[name] = given
+        self.lines |= {f"{part.name}.{name}": value.step.where for name, (_, value) in found.items()}
         return found
 
     def given(self, part: Part, variable: Variable, open_ends: list[Driver], start: Any) -> tuple[Any, Value] | None:
@@ -151,7 +156,7 @@ class Assembly:
 
     def _own(self, part: Part, variable: Variable) -> Iterator[_Piece]:
         for name, value in self.values.variables.get(part.component.path, {}).items():
-            place = part.places.get(name)
+            place = part.settable(name)
             if place is not None and place.variable.name == variable.name:
                 yield place.at, value, (replace(value.step, to=part.declared(variable)),)
 

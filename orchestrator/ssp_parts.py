@@ -5,15 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from components.interfaces.conversion import IDENTITY, unit_conversion
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
+from components.interfaces.sockets import SOCKETS
+from orchestrator.mapped import Mapped, mapped
+from orchestrator.mapping_reader import read_mapping
 from orchestrator.scenario import block_named
 from orchestrator.ssp import BLOCK_SOURCE, element_names
 from orchestrator.ssp_archive import Findings
@@ -56,6 +61,8 @@ class Part:
     component: Component
     source: Source
     places: Mapping[str, Place]
+    initials: Mapping[str, Place]
+    """Outputs and local variables whose start value may be set"""
 
     def declared(self, variable: Variable) -> Declared:
         """Unit and items of a variable; where the unit itself declares no unit of measurement, its connector may."""
@@ -69,7 +76,12 @@ class Part:
     def opened_with(self, values: Mapping[str, Any]) -> Part:
         """The same with parameter values that decide lengths of arrays."""
         source = with_parameters(self.source, values)
-        return replace(self, source=source, places=dict(_places(source)))
+        return replace(self, source=source, places=dict(_places(source)), initials=dict(_initials(source)))
+
+    def settable(self, name: str) -> Place | None:
+        """What a value of a parameter set means: a parameter, an input, or another variable with a start value."""
+        found = self.places.get(name)
+        return found if found is not None and found.role in ("inputs", "parameters") else self.initials.get(name)
 
     @property
     def structural(self) -> tuple[str, ...]:
@@ -85,6 +97,8 @@ def with_parameters(source: Source, values: Mapping[str, Any]) -> Source:
     """A unit's source with parameter values."""
     if isinstance(source, InProcess):
         return InProcess(source.block, values)
+    if isinstance(source, Mapped):
+        return replace(source, fmu=replace(source.fmu, parameters=values))
     return replace(source, parameters=values) if isinstance(source, Fmu) else source
 
 
@@ -102,7 +116,7 @@ def open_parts(root: Group, findings: Findings, *, ours: bool) -> dict[tuple[str
         taken.add(name)
         source = _source(component, findings, lenient=findings.lenient or ours)
         if source is not None:
-            part = Part(name, component, source, dict(_places(source)))
+            part = Part(name, component, source, dict(_places(source)), dict(_initials(source)))
             found[component.path] = part
             for connector in component.connectors.values():
                 _compare(part, connector, findings)
@@ -127,6 +141,8 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
         )
     if component.file is None:
         return None  # told already
+    if component.file.suffix == ".toml":
+        return findings.attempt(partial(_mapped, component.name, component.file, lenient=lenient))
     file = component.file
     try:
         source = Fmu(file, {}, lenient)
@@ -151,18 +167,39 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
     return source
 
 
+def _mapped(name: str, file: Path, *, lenient: bool) -> Source:
+    """The FMU that a mapping file names, behind the socket that it names."""
+    mapping = read_mapping(file)
+    if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
+        raise refuse(f"{file.name}: fmu", f"`{mapping.fmu or ''}`", "the name of an FMU beside it in the archive")
+    return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient), mapping)
+
+
 def _places(source: Source) -> Iterator[tuple[str, Place]]:
     for role in ("inputs", "outputs", "parameters"):
-        for variable in getattr(source.interface, role):
-            yield variable.name, Place(role, variable)
-            if not variable.shape:
-                continue
-            spelled = element_names(source, variable.name, role, old=True)
-            names = spelled if len(spelled) == variable.size else variable.elements
-            for name, index in zip(names, np.ndindex(*variable.shape), strict=True):
-                yield name, Place(role, variable, tuple(i + 1 for i in index))
+        yield from _of(source, role)
+    names = {name: place for role in ("inputs", "outputs", "parameters") for name, place in _of(source, role)}
+    for alias, name in source.interface.aliases.items():
+        if name in names and alias not in names:
+            yield alias, names[name]
     for clock in source.interface.clocks:
         yield clock.name, Place("clocks", Variable(clock.name, Quantity("", "a clock", Type.BOOLEAN)))
+
+
+def _initials(source: Source) -> Iterator[tuple[str, Place]]:
+    return _of(source, "initials")
+
+
+def _of(source: Source, role: str) -> Iterator[tuple[str, Place]]:
+    """The variables of a role, and the elements of arrays as the file spells them."""
+    for variable in getattr(source.interface, role):
+        yield variable.name, Place(role, variable)
+        if not variable.shape:
+            continue
+        spelled = element_names(source, variable.name, role, old=True)
+        names = spelled if len(spelled) == variable.size else variable.elements
+        for name, index in zip(names, np.ndindex(*variable.shape), strict=True):
+            yield name, Place(role, variable, tuple(i + 1 for i in index))
 
 
 def _hidden(source: Source) -> dict[str, str]:

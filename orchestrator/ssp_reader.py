@@ -190,13 +190,14 @@ def _units(
 def _with_values(
     part: Part, found: Mapping[str, tuple[Any, Value]], settings: Sequence[Setting], assembly: Assembly
 ) -> tuple[Source, dict[str, Mapping[str, Any]]]:
-    declared = {v.name: v.quantity.unit for v in part.source.interface.parameters}
+    settable = (*part.source.interface.parameters, *part.source.interface.initials)
+    declared = {v.name: v.quantity.unit for v in settable}
     given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in found.items()}
     for setting in settings:  # one element changes; the others stay as the unit has them
         start = part.source.interface.starts.get(setting.name)
         if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
-    values, problems = values_of(part.name, part.source.interface.parameters, {}, given, settings)
+    values, problems = values_of(part.name, settable, {}, given, settings)
     assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
     origins = {n: g.source for n, g in given.items()} | {s.name: "--set" for s in settings}
     told: dict[str, Mapping[str, Any]] = {
@@ -210,9 +211,9 @@ def _with_values(
 def _refuse_others(part: Part, assembly: Assembly) -> None:
     """Start values of variables that are neither parameters nor inputs."""
     for name, value in assembly.values.variables.get(part.component.path, {}).items():
-        if name not in part.places or part.places[name].role == "outputs":
-            told = f"a start value of `{part.name}.{name}`, which is neither a parameter nor an input"
-            assembly.findings.wrong(value.step.where, told, "values of parameters and inputs")
+        if part.settable(name) is None:
+            told = f"a value of `{part.name}.{name}`, which the unit says is not to be set"
+            assembly.findings.wrong(value.step.where, told, "values of parameters, inputs and start values")
 
 
 def _steps(

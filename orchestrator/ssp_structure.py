@@ -23,7 +23,8 @@ FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
 DEFINITION_TYPE: Final = "application/x-ssp-definition"
 PACKAGE_TYPE: Final = "application/x-ssp-package"
 BLOCK_TYPE: Final = "application/x-macrostep-block"
-_TYPES: Final = (FMU_TYPE, PACKAGE_TYPE, DEFINITION_TYPE, BLOCK_TYPE)
+MAPPING_TYPE: Final = "application/x-macrostep-mapping"
+_TYPES: Final = (FMU_TYPE, PACKAGE_TYPE, DEFINITION_TYPE, BLOCK_TYPE, MAPPING_TYPE)
 _DEEPEST: Final = 50
 """Systems in systems."""
 
@@ -182,7 +183,7 @@ def _component(node: Node, place: _Place, name: str) -> Element | None:
         return None
     if kind == BLOCK_TYPE:
         made = Component(name, place.path, where, block=source)
-    elif kind == FMU_TYPE:
+    elif kind in {FMU_TYPE, MAPPING_TYPE}:
         file = resolve(document, source, where)
         made = Component(name, place.path, where, file=file, implementation=node.get("implementation") or "any")
         hint = node.find(".//{*}StepSizeHint")

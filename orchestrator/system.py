@@ -204,9 +204,10 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
 
 def _parameter_problems(name: str, source: Source) -> Iterator[Problem]:
     declared = {v.name: v for v in source.interface.parameters}
+    initials = {v.name: v for v in source.interface.initials}
     for parameter, value in source.parameters.items():
-        if parameter in declared:
-            yield from declared[parameter].quantity.problems(f"{name}.{parameter}", value)
+        if parameter in declared or parameter in initials:
+            yield from (declared | initials)[parameter].quantity.problems(f"{name}.{parameter}", value)
         else:
             kind = source.interface.kind
             valid = f"a parameter of `{kind}`: {choices(declared)}"
