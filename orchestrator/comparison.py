@@ -21,7 +21,7 @@ Rows = Mapping[str, NDArray[Any]]
 def rebuild(run: KeptRun, path: Path) -> None:
     """Write the recording of a run anew, from the rows it kept."""
     columns, scenario = rows(run, path.parent, lambda _: None), run.scenario
-    picture = RunPicture(scenario.system, scenario.scene)
+    picture = RunPicture(scenario.system, scenario.scene, timed=False)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
     batch = _ticks(columns, scenario.h), scenario.h, picture.shapes(columns, None)
     rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], [batch])
@@ -31,7 +31,7 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
     """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
     names = _names(runs)
     pictures = [
-        RunPicture(run.scenario.system, run.scenario.scene, name, palette.run(i))
+        RunPicture(run.scenario.system, run.scenario.scene, name, palette.run(i), timed=False)
         for i, (run, name) in enumerate(zip(runs, names, strict=True))
     ]
     chosen = list(differences) or _usual(pictures, tables)

@@ -14,12 +14,14 @@ from pathlib import Path
 from components.interfaces.problem import refuse
 from orchestrator.viewer import LOOPBACK, program
 
-_ENDS_WITHIN = 10.0
+_ENDS_WITHIN, _GREETS = 10.0, 6.0
 """[s]"""
 
 
-def photograph(recording: Path, times: Sequence[float | None]) -> list[bytes]:
+def photograph(recording: Path, times: Sequence[float | None], *, settle: float = 0.0) -> list[bytes]:
     """One PNG for each of the `times` [s] on the timeline `sim_time`; None is where the viewer opens.
+
+    The viewer greets with a notice in its upper right corner, which goes after a few seconds: `settle` [s].
 
     Raises `RequestError` where there is no viewer or no graphics driver.
     """
@@ -27,7 +29,7 @@ def photograph(recording: Path, times: Sequence[float | None]) -> list[bytes]:
 
     try:
         with headless_viewer() as url:
-            return list(screenshots(url, recording, times))
+            return list(screenshots(url, recording, times, settle))
     except ConnectionError as error:
         remedy = "Debian: apt-get install mesa-vulkan-drivers libvulkan1"
         raise refuse(
@@ -40,7 +42,7 @@ def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> li
     if picture.suffix != ".png" or not picture.parent.is_dir():
         raise refuse(f"--picture {picture}", "something else", "a file .png in a folder that exists")
     names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
-    for path, content in zip(names, photograph(recording, list(times) or [None]), strict=True):
+    for path, content in zip(names, photograph(recording, list(times) or [None], settle=_GREETS), strict=True):
         path.write_bytes(content)
     return names
 

@@ -119,8 +119,8 @@ def read_series(path: Path) -> dict[str, tuple[NDArray[np.int64], NDArray[np.flo
     return found
 
 
-def screenshots(url: str, recording: Path, times: Sequence[float | None]) -> Iterator[bytes]:
-    """Open a recording in the viewer at `url`, and give a PNG of the whole window at each time [s].
+def screenshots(url: str, recording: Path, times: Sequence[float | None], settle: float) -> Iterator[bytes]:
+    """Open a recording in the viewer at `url`, and after `settle` [s] give a PNG of the window at each time [s].
 
     Raises `ConnectionError` when the viewer does not answer.
     """
@@ -128,6 +128,7 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None]) -> Ite
         viewer = _patiently(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN)
         _patiently(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN)
         _patiently(lambda: _loaded(viewer), _ANSWERS_WITHIN)
+        clock.sleep(settle)
         for time in times:
             if time is not None:
                 viewer.set_time("sim_time", duration=time, play_state="paused")

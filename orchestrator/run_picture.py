@@ -39,10 +39,15 @@ MICROSECONDS = "\N{MICRO SIGN}s"
 
 
 class RunPicture:
-    """What is drawn of one run; `run` and `colour` tell it from others in the same recording."""
+    """What is drawn of one run; `run` and `colour` tell it from others in the same recording.
 
-    def __init__(self, system: System, scene: Scene | None, run: str = "", colour: Colour | None = None) -> None:
-        self.system, self.run, self.who = system, run, pictures.cast(system)
+    A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps.
+    """
+
+    def __init__(
+        self, system: System, scene: Scene | None, run: str = "", colour: Colour | None = None, *, timed: bool = True
+    ) -> None:
+        self.system, self.run, self.who, self.timed = system, run, pictures.cast(system), timed
         self.scene = None if self.who.is_empty else scene
         self.signals, self.limits = pictures.signals(system), layout.limits(system)
         self._colour = colour
@@ -58,7 +63,8 @@ class RunPicture:
         if layout.has_path_error(self.system):
             yield StateStyle(entity=self._at("states", "manoeuvre"), names=names, colours=colours)
             yield self._lines(self._at("derived", "path_error"), ["path error [m]"])
-        yield self._lines(self._at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
+        if self.timed:
+            yield self._lines(self._at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
         if friction.is_known(self.system, self.who):
             yield from friction.styles(self.run, self._colour or palette.SERIES[0])
         if self._world is not None:

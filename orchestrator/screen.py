@@ -108,11 +108,15 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
 
 def _what_there_is(runs: Sequence[RunPicture]) -> list[View]:
     """What stands beside the signals of systems without vehicle, traffic and controller."""
-    times = [entity("performance", run.run, "step_time") for run in runs]
-    found: list[View] = [Series(f"Wall time per step [{MICROSECONDS}]", times)] if len(runs) == 1 else []
+    found: list[View] = [*_wall_time(runs)]
     if any(signal.states or signal.is_text for run in runs for signal in run.signals):
         found.append(Timeline("Modes and texts", "/states"))
     return found
+
+
+def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
+    times = [entity("performance", run.run, "step_time") for run in runs if run.timed]
+    return [Series(f"Wall time per step [{MICROSECONDS}]", times)] if times else []
 
 
 def _scenery(runs: Sequence[RunPicture]) -> View | None:
@@ -154,11 +158,7 @@ def _answers(runs: Sequence[RunPicture], differences: Sequence[Series]) -> View:
     erring = [entity("derived", run.run, "path_error") for run in runs if layout.has_path_error(run.system)]
     if erring:
         columns[layout.HARD].append(Series("Path error [m], left positive", erring, several))
-    if several:
-        columns[layout.FAST] += differences
-    else:
-        times = [entity("performance", "step_time")]
-        columns[layout.FAST].append(Series(f"Wall time per step [{MICROSECONDS}]", times))
+    columns[layout.FAST] += [*differences, *_wall_time(runs)]
     columns["When was what?"] = [Timeline("Modes and solver status", "/states"), Log("Events", "/events")]
     asked = [
         Group("column", [replace(views[0], title=f"{question} {views[0].title}"), *views[1:]])
