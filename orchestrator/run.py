@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,13 +12,16 @@ from components.interfaces.problem import refuse
 from orchestrator import recorder, ssp_reader
 from orchestrator.drawing import FigureProcess
 from orchestrator.live import Live
+from orchestrator.log import EVERYTHING, paces
 from orchestrator.master import Simulation, SimulationError
 from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
 from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import Recorder, Request
-from orchestrator.scenario import Options, Scenario, parse_settings, prepare
+from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
+from orchestrator.schedule import algorithm_named
+from orchestrator.single import single_fmu
 
 RECORDING = "recording.rrd"
 
@@ -36,23 +39,36 @@ class Finished:
 
 
 def load(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
-    """A scenario by name or file, a system in an `.ssp` file, or the system of a former run. Raises `RequestError`."""
+    """What a person asks to run, with the options applied. Raises `RequestError`.
+
+    A scenario by name or file, a system in an `.ssp` file, the system of a former run, or a single FMU.
+    """
     path = Path(request)
     if path.is_dir():
         if not recorder.is_run(path):
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / "system.ssp"
-    if path.suffix == ".ssp":
-        if options.replacements or options.mode != Options().mode:
-            raise refuse(
-                request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out"
-            )
-        settings = parse_settings(options.settings, None)
-        found = ssp_reader.read(path, settings, options.step, options.stop_time, lenient=options.lenient)
-        if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
-            found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
-        return found
-    return prepare(request, options, progress)
+    if path.suffix not in {".ssp", ".fmu"}:
+        return prepare(request, options, progress)
+    if options.replacements or options.mode != Options().mode:
+        raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
+    settings = parse_settings(options.settings, None)
+    if path.suffix == ".fmu":
+        return in_this_manner(single_fmu(path, settings, options), options)
+    found = ssp_reader.read(path, settings, options.step, options.stop_time, lenient=options.lenient)
+    if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
+        found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
+    return in_this_manner(found, options)
+
+
+def in_this_manner(scenario: Scenario, options: Options) -> Scenario:
+    """The scenario with what the options say of how it is run. Raises `RequestError`."""
+    return replace(
+        scenario,
+        algorithm=algorithm_named(options.algorithm) if options.algorithm else scenario.algorithm,
+        solve_loops=options.solve_loops or scenario.solve_loops,
+        record=parse_record(options.record) or scenario.record,
+    )
 
 
 @dataclass(frozen=True)
@@ -87,11 +103,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         folder = recorder.new_folder(scenario.name, out)
         recorder.write_system(scenario, folder)
         request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
-        for stream in streams:
-            stream.begin(request, simulation)
-        if pacer is not None:
-            for stream in streams:
-                stream.wait_until_open()
+        _begin(streams, request, simulation, wait=pacer is not None)
         progress(f"stepping {scenario.name}")
         ended = fault or _step(simulation, pacer)
     for stream in streams:
@@ -109,6 +121,13 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         told["figures"] = f"not drawn: {failed.splitlines()[-1]}"
     recorder.write_summary(told, folder)
     return Finished(folder, told, ended, notes)
+
+
+def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation, *, wait: bool) -> None:
+    for stream in streams:
+        stream.begin(request, simulation)
+    for stream in streams if wait else ():
+        stream.wait_until_open()
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:
@@ -142,7 +161,9 @@ def _recorded(beside: Beside, request: Request, simulation: Simulation, status: 
         again.begin(request, simulation)
         again.end({**request.about, "status": status})
         problem = again.wait()
-    notes = [f"recording.rrd is not whole: {problem}"] if problem else []
+    missing = len(simulation.log.at_every_tick) < len(paces(simulation.system, EVERYTHING))
+    notes = ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []
+    notes += [f"recording.rrd is not whole: {problem}"] if problem else []
     notes += [behind] if beside.live is not None and (behind := beside.live.wait()) else []
     return tuple(notes)
 

@@ -108,7 +108,7 @@ def _description(scenario: Scenario) -> Element:
     quantities: list[Quantity] = []
     for name in system.units:
         quantities += _component(elements, scenario, name, old=old)
-    wires = add(top, SSD, "Connections")
+    wires = add(top, SSD, "Connections") if system.connections else None
     for wire in system.connections:
         _connection(wires, system, wire, old=old)
     _enumerations(root, quantities)
@@ -209,6 +209,9 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
         "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
         "sockets": {name: socket.name for name, socket in scenario.system.sockets.items()},
         "held": held,
+        "algorithm": scenario.algorithm.value,
+        "solve_loops": scenario.solve_loops,
+        "record": dict(scenario.record),
         "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
         "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
     }
@@ -263,35 +266,39 @@ def _dimensions(parent: Element, variable: Variable) -> None:
 
 
 def _parameter_set(scenario: Scenario, name: str) -> Element:
+    """Values of a unit's parameters and other start values, and of its inputs that are held."""
     source, old = scenario.system.units[name], is_old(scenario.system)
     root = etree.Element(qualified(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
     root.set("version", "1.0" if old else "2.0")
     root.set("name", scenario.name)
     parameters = add(root, SSV, "Parameters")
+    held = {path.removeprefix(f"{name}."): v for path, v in scenario.system.held.items() if path.startswith(f"{name}.")}
     used: list[Quantity] = []
-    initials = source.interface.initials
-    for variable in (*source.interface.parameters, *initials):
-        if variable.name not in source.parameters:
-            continue
-        used.append(variable.quantity)
-        value = np.asarray(source.parameters[variable.name])
-        origin = scenario.sources.get(f"{name}.{variable.name}", {}).get("source", "")
-        texts = [literal(element, variable.quantity) for element in value.ravel().tolist()]
-        labels = element_names(source, variable.name, "initials" if variable in initials else "parameters", old=old)
-        for label, text in zip(labels, texts if old else [" ".join(texts)], strict=True):
-            parameter = add(parameters, SSV, "Parameter", name=label)
-            if origin:
-                parameter.set("description", str(origin))
-            made = _type(parameter, SSV, variable.quantity, old=old)
-            if variable.quantity.type.is_number or old:
-                made.set("value", text)
-            else:
-                for one in texts:
-                    add(made, SSV, "Value", value=one)
-            if not old:
-                _dimensions(parameter, variable)
+    for role, values in (("parameters", source.parameters), ("initials", source.parameters), ("inputs", held)):
+        for variable in (v for v in getattr(source.interface, role) if v.name in values):
+            used.append(variable.quantity)
+            given = np.asarray(values[variable.name], dtype=object).ravel()  # objects: bytes keep their zeros
+            texts = [literal(x, variable.quantity) for x in given.tolist()]
+            labels = element_names(source, variable.name, role, old=old)
+            origin = str(scenario.sources.get(f"{name}.{variable.name}", {}).get("source", ""))
+            for label, some in zip(labels, [[text] for text in texts] if old else [texts], strict=True):
+                parameter = add(parameters, SSV, "Parameter", name=label)
+                if origin:
+                    parameter.set("description", origin)
+                _value(parameter, variable, some, old=old)
     _units(root, used, space=SSV)
     return root
+
+
+def _value(parameter: Element, variable: Variable, texts: Sequence[str], *, old: bool) -> None:
+    made = _type(parameter, SSV, variable.quantity, old=old)
+    if variable.quantity.type.is_number or old:
+        made.set("value", " ".join(texts))
+    else:
+        for text in texts:
+            add(made, SSV, "Value", value=text)
+    if not old:
+        _dimensions(parameter, variable)
 
 
 def _enumerations(root: Element, quantities: list[Quantity]) -> None:

@@ -23,9 +23,11 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
+from orchestrator.log import EVERYTHING
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.scenario import Scenario
 from orchestrator.scene import Scene
+from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.ssp import OURS
 from orchestrator.ssp_archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp_assembly import Assembly
@@ -92,6 +94,7 @@ def read(
         h=experiment.step,
         until=experiment.until,
         sources={**sources, **((notes or {}).get("sources", {})), **scene_sources},
+        **_manner(notes or {}),
         remarks=(*findings.remarks, *experiment.remarks),
     )
 
@@ -116,6 +119,15 @@ def _notes(document: Document) -> dict[str, Any] | None:
         return json.loads(node.text)
     except ValueError as error:
         raise refuse(document.at(node), f"an annotation that is no JSON ({error})", "what macrostep wrote") from error
+
+
+def _manner(notes: Mapping[str, Any]) -> dict[str, Any]:
+    """How the run that the SSP comes from was run."""
+    return {
+        "algorithm": algorithm_named(notes.get("algorithm", Algorithm.SEQUENTIAL)),
+        "solve_loops": bool(notes.get("solve_loops", False)),
+        "record": notes.get("record", dict(EVERYTHING)),
+    }
 
 
 def _plain_name(name: str) -> str:

@@ -1,0 +1,71 @@
+"""A single FMU as a system: its inputs stay at their start values, or at those that a person sets."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.quantity import zeros
+from components.interfaces.record import Variable
+from orchestrator.parameters import Given, Setting, values_of
+from orchestrator.scenario import Options, Scenario
+from orchestrator.system import Fmu, System
+
+STEP: Final = 0.1
+"""[s] Macro step where neither the FMU nor a person says one"""
+
+
+def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
+    """The FMU as the only unit of a system, named `fmu`, with the experiment it asks for. Raises `RequestError`."""
+    unit = "fmu"
+    archive = Fmu(path, lenient=options.lenient).archive
+    interface = archive.interface
+    if unknown := settings.keys() - {unit}:
+        raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
+    mine = settings.get(unit, ())
+    inputs = {v.name for v in interface.inputs}
+    values, problems = values_of(unit, interface.parameters, {}, {}, [s for s in mine if s.name not in inputs])
+    started = {v.name: Given(value=_start(v, interface.starts), source="its start value") for v in interface.inputs}
+    started = {n: g.model_copy(update={"unit": _unit(interface.inputs, n)}) for n, g in started.items()}
+    held, found = values_of(unit, interface.inputs, {}, started, [s for s in mine if s.name in inputs])
+    raise_if_any([*problems, *found])
+    h, until, remarks = _experiment(archive.description.defaultExperiment, options)
+    if held:
+        told = ", ".join(f"{unit}.{name} = {value}" for name, value in held.items())
+        remarks.append(f"nothing drives the inputs {told}")
+    return Scenario(
+        name=re.sub(r"[^\w-]+", "_", path.stem),
+        title=str(archive.description.description or archive.description.modelName),
+        system=System({unit: Fmu(path, values, options.lenient)}, {}, {f"{unit}.{n}": v for n, v in held.items()}),
+        scene=None,
+        h=h,
+        until=until,
+        sources={f"{unit}.{n}": {"value": v, "unit": "", "source": "--set"} for n, v in values.items()},
+        remarks=(*archive.remarks, *remarks),
+    )
+
+
+def _start(variable: Variable, starts: Mapping[str, Any]) -> Any:
+    value = starts.get(variable.name, zeros(variable.quantity.type, variable.shape))
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _unit(variables: Sequence[Variable], name: str) -> str:
+    return next(v.quantity.unit for v in variables if v.name == name)
+
+
+def _experiment(asked: Any, options: Options) -> tuple[float, float, list[str]]:
+    remarks: list[str] = []
+    step, until = (getattr(asked, name, None) for name in ("stepSize", "stopTime"))
+    h = options.step or (float(step) if step else STEP)
+    if options.step is None and not step:
+        remarks.append(f"the FMU says no step: {STEP:g} s is used; --step changes it")
+    if options.stop_time is not None:
+        return h, options.stop_time, remarks
+    if until is None:
+        raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
+    ticks = round(float(until) / h)
+    return h, float(until) if abs(ticks * h - float(until)) <= 1e-9 * max(1.0, float(until)) else ticks * h, remarks
