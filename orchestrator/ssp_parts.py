@@ -120,9 +120,9 @@ def open_parts(root: Group, findings: Findings, *, ours: bool) -> dict[tuple[str
             found[component.path] = part
             for connector in component.connectors.values():
                 _compare(part, connector, findings)
-    renamed = {".".join(path): part.name for path, part in found.items() if ".".join(path) != part.name}
+    renamed = [f"`{part.name}` is `{'.'.join(path)}`" for path, part in found.items() if ".".join(path) != part.name]
     if renamed:
-        findings.remarks.append("units: " + ", ".join(f"`{name}` is `{old}`" for old, name in renamed.items()))
+        findings.remarks.append(f"units: {', '.join(renamed)}")
     return found
 
 
@@ -152,7 +152,8 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
         for p in error.problems:
             findings.wrong(p.where.replace(str(file), known), p.found, p.valid, p.remedy)
         return None
-    findings.remarks += [f"{component.where}, {file.name}: {remark}" for remark in archive.remarks]
+    told = [f"{file.name}: {remark}" for remark in archive.remarks]
+    findings.remarks += [remark for remark in told if remark not in findings.remarks]
     wanted = component.implementation
     has = {
         "CoSimulation": archive.description.coSimulation is not None,

@@ -58,32 +58,26 @@ def echo(path: Path, inputs, parameters=(), *, types="", outputs=None) -> Path:
     before = f"<UnitDefinitions>{units}</UnitDefinitions>" + (
         f"<TypeDefinitions>{types}</TypeDefinitions>" if types else ""
     )
-    return pack(path, Version.FMI2, description2(variables, unknowns, before=before), echo_library(Version.FMI2))
+    return pack(path, Version.FMI2, description2(variables, unknowns, before=before, initial=unknowns), echo_library(Version.FMI2))
 
 
 def vectors(path: Path) -> Path:
-    """An FMI 3.0 FMU that shows its inputs, arrays of 3 and of n, and a scalar, after each step."""
+    """An FMI 3.0 FMU that shows after each step: v (3 elements), w (n elements), the scalar s and the binary b."""
     variables, structure = [], []
-    for name, reference, kind, size in (
-        ("v", 20, "Float64", '<Dimension start="3"/>'),
-        ("w", 23, "Float64", '<Dimension valueReference="90"/>'),
-        ("s", 1, "Float64", ""),
-        ("b", 2, "Binary", ""),
+    for name, reference, kind, size, start in (
+        ("v", 20, "Float64", '<Dimension start="3"/>', 'start="1 2 3"'),
+        ("w", 23, "Float64", '<Dimension valueReference="90"/>', 'start="5 5"'),
+        ("s", 1, "Float64", "", 'start="0"'),
+        ("b", 2, "Binary", "", ""),
     ):
-        start = {"v": 'start="1 2 3"', "w": 'start="5 5"', "s": 'start="0"', "b": ""}[name]
-        inner = size + ('<Start value="00ff"/>' if kind == "Binary" else "")
-        vary = 'variability="discrete"' if kind == "Binary" else ""
-        variables.append(
-            f'<{kind} name="{name}" valueReference="{reference}" causality="input" {vary} {start}>{inner}</{kind}>'
-        )
-        variables.append(
-            f'<{kind} name="y_{name}" valueReference="{reference + 100}" causality="output" {vary}>{size}</{kind}>'
-        )
+        first = '<Start value="00ff"/>' if kind == "Binary" else ""
+        own = 'variability="discrete"' if kind == "Binary" else ""
+        read = f'name="{name}" valueReference="{reference}" causality="input" {own} {start}'
+        shown = f'name="y_{name}" valueReference="{reference + 100}" causality="output" {own}'
+        variables += [f"<{kind} {read}>{size}{first}</{kind}>", f"<{kind} {shown}>{size}</{kind}>"]
         structure.append(f'<Output valueReference="{reference + 100}" dependencies=""/>')
-    variables.append(
-        '<UInt64 name="n" valueReference="90" causality="structuralParameter" variability="fixed" start="2"/>'
-    )
-    text = description3(variables, structure)
+    length = 'name="n" valueReference="90" causality="structuralParameter" variability="fixed" start="2"'
+    text = description3([*variables, f"<UInt64 {length}/>"], structure)
     return pack(path, Version.FMI3, text, echo_library(Version.FMI3))
 
 
