@@ -58,7 +58,8 @@ class MappedUnit(Unit):
             into += [_applied(c.theirs, views[bus]) for bus, cs in turned.items() for c in reversed(cs)]
         into += _moves(a.inputs, (mine.inputs, read), (theirs.inputs, self._u), back=True)
         self._setters = [*into, *self._inner.setters()]
-        outof = _moves(a.outputs, (theirs.outputs, self._y), (mine.outputs, outputs))
+        own = [Link(v.name, tuple((v.name, i) for i in range(v.size))) for v in theirs.outputs if v.name in a.passed_on]
+        outof = _moves((*a.outputs, *own), (theirs.outputs, self._y), (mine.outputs, outputs))
         outof += _constants(a.constants, mine.outputs, outputs)
         views = _views(mine.outputs, outputs)
         for name, integral in zip(a.integrated, self._integrals, strict=True):

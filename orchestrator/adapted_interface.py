@@ -28,9 +28,9 @@ def adapted(
         _reach_outputs(theirs, outputs, adaptation) @ theirs.feedthrough @ _reach_inputs(theirs, inputs, adaptation)
     )
     remarks: list[str] = []
-    if socket.name in {"plant", "traffic"} and not theirs.output_after_set and not feedthrough:
+    if socket.name in {"plant", "traffic"} and not feedthrough:
         through[: len(ours)] = False
-    elif socket.name in {"plant", "traffic"} and not theirs.output_after_set:
+    elif socket.name in {"plant", "traffic"}:
         silent = [i for i, v in enumerate(ours) if _undeclared(v.name, theirs, adaptation) and through[i].any()]
         if silent:
             through[silent] = False

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import Quantity
-from components.interfaces.record import Variable
+from fmus.unit import Interface
 from orchestrator.mapped import Mapped
 from orchestrator.mapping_file import MappingFile
 from orchestrator.mapping_reader import read_mapping
@@ -45,9 +47,10 @@ def located(part: Part, request: str) -> Part:
 def chosen_fmu(socket: str, part: Part, request: str, remarks: list[str], *, lenient: bool = False) -> Part:
     """The FMU (or mapping file) `request` in place of `part`, whose parameters go along where they fit."""
     chosen, _ = foreign_part(Part(fmu=request), socket)
-    declared = {v.name: v for v in Fmu(Path(chosen.fmu or ""), lenient=lenient).interface.parameters}
-    kept, other = in_units_of(part.parameters, declared)
-    dropped = sorted(part.parameters.keys() - declared.keys() - chosen.parameters.keys())
+    interface = Fmu(Path(chosen.fmu or ""), lenient=lenient).interface
+    declared = {v.name for v in interface.parameters}
+    kept, other = in_units_of(part.parameters, interface)
+    dropped = sorted(part.parameters.keys() - declared - chosen.parameters.keys())
     if dropped:
         remarks.append(f"{socket}: `{request}` has no parameters {', '.join(dropped)}; the scenario's are not used")
     if given := sorted(kept.keys() - chosen.parameters.keys()):
@@ -79,31 +82,36 @@ def foreign_part(part: Part, socket: str) -> tuple[Part, MappingFile | None]:
     return part.model_copy(update=update), mapping
 
 
-def in_their_units(part: Part, declared: Sequence[Variable]) -> Part:
+def in_their_units(part: Part, theirs: Interface) -> Part:
     """The part with its parameters in the units of the FMU; what cannot be converted is told when it is checked."""
-    converted, _ = in_units_of(part.parameters, {v.name: v for v in declared})
-    return part.model_copy(update={"parameters": part.parameters | converted})
+    return part.model_copy(update={"parameters": part.parameters | in_units_of(part.parameters, theirs)[0]})
 
 
-def in_units_of(
-    given: Mapping[str, Given], declared: Mapping[str, Variable]
-) -> tuple[dict[str, Given], dict[str, str]]:
+def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str, Given], dict[str, str]]:
     """Values in the units that an FMU declares for its parameters, and why others cannot be given to it.
 
-    A parameter without a unit takes the number as it is.
+    A parameter without a unit takes the number as it is; a shorter array leaves the FMU's other elements as they are.
     """
+    declared = {v.name: v.quantity for v in theirs.parameters}
     found: dict[str, Given] = {}
     other: dict[str, str] = {}
-    for name, value in given.items():
-        if name not in declared:
-            continue
-        q = declared[name].quantity
-        converted = _converted(value, q)
-        if converted is None or q.problems(name, converted.value):
-            other[name] = f"{value.value} [{value.unit}] against {q.range}"
+    for name in (name for name in given if name in declared):
+        q = declared[name]
+        value = _converted(given[name], q)
+        value = value and _lengthened(value, theirs.starts.get(name))
+        if value is None or q.problems(name, value.value):
+            other[name] = f"{given[name].value} [{given[name].unit}] against {q.range}"
         else:
-            found[name] = converted
+            found[name] = value
     return found, other
+
+
+def _lengthened(value: Given, start: Any) -> Given:
+    items: Any = value.value
+    if isinstance(items, list) and isinstance(start, np.ndarray) and start.ndim == 1:
+        whole = [*items, *start.tolist()[len(items) :]]  # type: ignore[unknown]
+        return value.model_copy(update={"value": whole})
+    return value
 
 
 def _converted(value: Given, q: Quantity) -> Given | None:

@@ -59,6 +59,8 @@ class Options:
     solve_loops: bool = False
     lenient: bool = False
     """Whether FMUs run though they break rules"""
+    isolate: Sequence[str] = ()
+    """`plant:5`: units in processes of their own, and for how long [s] a call may take"""
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,7 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
             archive = Fmu(Path(part.fmu), lenient=options.lenient).archive
             remarks += [f"{socket}: {Path(part.fmu).name}: {told}" for told in archive.remarks]
             declared, defaults = archive.interface.parameters, {}
-            part = parts[socket] = in_their_units(part, declared)  # noqa: PLW2901
+            part = parts[socket] = in_their_units(part, archive.interface)  # noqa: PLW2901
         values[socket], found = values_of(socket, declared, defaults, part.parameters, settings[socket])
         problems += found
         if part.fmu is not None:

@@ -231,6 +231,7 @@ def relabelled(
         if name in (units or {}):
             unit = (units or {})[name]
             typed.attrib.pop("unit", None)
+            typed.attrib.pop("declaredType", None)
             if unit is not None:
                 typed.set("unit", unit)
     known = {unit.get("name") for unit in root.iterfind("UnitDefinitions/Unit")}
