@@ -44,10 +44,11 @@ class FigureProcess:
 
 def draw_folder(folder: Path) -> None:
     """Draw the figures of the run in `folder`, from what it holds."""
-    from orchestrator import figures, parquet, ssp_reader  # noqa: PLC0415 - who starts the process does not wait
+    from orchestrator import figures, log, parquet, ssp_reader  # noqa: PLC0415 - who starts the process does not wait
 
     scenario = ssp_reader.read(folder / "system.ssp")
-    rows = parquet.read_columns(folder / "signals.parquet")
+    whole = {"time", *log.without_gaps(scenario.system, scenario.record)}
+    rows = {name: v for name, v in parquet.read_columns(folder / "signals.parquet").items() if name in whole}
     if scenario.scene is not None and len(rows["time"]):
         figures.draw(rows, scenario.system, scenario.scene, folder / "figures")
 

@@ -6,7 +6,7 @@ what is not wanted is not even copied.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Final, TypeAlias
@@ -100,12 +100,13 @@ class Log:
     def __init__(self, table: Table, length: int, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
         """Ticks whose rows are complete, and may be handed on by another thread"""
-        paces = dict(zip(table.elements(), _paces(table.system, choice), strict=True))
-        _refuse_too_large(length, paces)
-        self._order = [name for (name, _, _), every in paces.items() if every]
+        pace = paces(table.system, choice)
+        chosen = [element for element in table.elements() if pace[element[0]]]
+        _refuse_too_large(length, [(kind, pace[name]) for name, kind, _ in chosen])
+        self._order = [name for name, _, _ in chosen]
         self._groups = [
-            _Group(table, every, [element for element, pace in paces.items() if pace == every], length)
-            for every in sorted({pace for pace in paces.values() if pace})
+            _Group(table, every, [element for element in chosen if pace[element[0]] == every], length)
+            for every in sorted({pace[name] for name in self._order})
         ]
         # without a choice this is a single group of copies, which need not ask whose tick it is
         plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
@@ -132,6 +133,11 @@ class Log:
     def elements(self) -> list[list[Element]]:
         """The elements of each group, with their places in its batches."""
         return [group.elements for group in self._groups]
+
+    @property
+    def at_every_tick(self) -> list[str]:
+        """The elements that are kept at every tick."""
+        return [name for group in self._groups if group.every == 1 for name, _, _ in group.elements]
 
     def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[Batch]:
         """The rows of the ticks `first` to before `last`; of `step_times` their own."""
@@ -166,22 +172,37 @@ def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArr
     return whole
 
 
-def _paces(system: System, choice: Choice) -> Iterator[int]:
-    """At every how many ticks each element of the table is kept, 0 for never."""
-    wires = [(f"{unit}.{v.name}", v.size) for unit, source in system.units.items() for v in source.interface.outputs]
-    paths = [path for path, _ in wires]
+def paces(system: System, choice: Choice) -> dict[str, int]:
+    """At every how many ticks each element of the outputs is kept, 0 for never.
+
+    Raises `RequestError` for a pattern that fits no signal.
+    """
+    elements = {
+        f"{unit}.{variable.name}": [f"{unit}.{element}" for element in variable.elements]
+        for unit, source in system.units.items()
+        for variable in source.interface.outputs
+    }
     raise_if_any(
-        Problem(f"record {pattern}", "a pattern that no signal fits", choices(paths), did_you_mean(pattern, paths))
-        for pattern in choice
-        if not any(fnmatchcase(path, pattern) for path in paths)
+        Problem(f"record {p}", "a pattern that no signal fits", choices(elements), did_you_mean(p, elements))
+        for p in choice
+        if not any(fnmatchcase(path, p) for path in elements)
     )
-    for path, size in wires:
-        every = next((n for pattern, n in reversed([*choice.items()]) if fnmatchcase(path, pattern)), 0)
-        yield from [every] * size
+    backwards = [*reversed([*choice.items()])]
+    return {
+        name: next((every for pattern, every in backwards if fnmatchcase(path, pattern)), 0)
+        for path, names in elements.items()
+        for name in names
+    }
 
 
-def _refuse_too_large(length: int, paces: Mapping[Element, int]) -> None:
-    rows = sum(-(-length // every) * np.dtype(DTYPES[kind]).itemsize for (_, kind, _), every in paces.items() if every)
+def without_gaps(system: System, choice: Choice) -> set[str]:
+    """The elements that are kept in every row: those at every tick, or all if all have the same pace."""
+    found = {name: every for name, every in paces(system, choice).items() if every}
+    return {name for name, every in found.items() if every == 1 or len(set(found.values())) == 1}
+
+
+def _refuse_too_large(length: int, kept: Iterable[tuple[Type, int]]) -> None:
+    rows = sum(-(-length // every) * np.dtype(DTYPES[kind]).itemsize for kind, every in kept)
     if rows > LARGEST_LOG:
         raise refuse(
             "stop time",

@@ -14,26 +14,30 @@ from orchestrator import path_geometry
 from orchestrator.geometry import Rows, box_corners, box_distance
 from orchestrator.scene import Scene
 
+_BOX = ("x", "y", "psi", "length", "width")
+"""What a box is given by"""
+
 
 def compute(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> dict[str, float]:
-    """All metrics that the columns of `frame` allow; `roles` names the unit in each socket.
+    """All metrics that the columns of `frame` allow, whose rows are consecutive ticks.
 
-    SI units; `gap_obstacle` is the least distance between the ego's box and any obstacle's (0 on contact), `gap_edge`
-    between the ego's corners and the road's edges (negative outside). Rows with values that are not finite (the last
-    one of a run that broke) do not count.
+    `roles` names the unit in each socket. SI units; `gap_obstacle` is the least distance between the ego's box and any
+    obstacle's (0 on contact), `gap_edge` between the ego's corners and the road's edges (negative outside). Rows with
+    values that are not finite (the last one of a run that broke) do not count.
     """
     finite = np.isfinite(frame.select_dtypes(["number", "bool"]).to_numpy(dtype=float)).all(axis=1)
     frame = pd.DataFrame(frame[finite])
     found: dict[str, float] = {}
     if frame.empty:
         return found
-    if "plant" in roles:
-        found |= _motion(frame, roles["plant"]) | _tyres(frame, roles["plant"])
-        found["gap_edge"] = float(edge_gap(ego_boxes(frame, roles["plant"], scene), scene).min())
-    if {"plant", "traffic"} <= roles.keys():
+    plant, traffic, controller = (roles.get(role, "") for role in ("plant", "traffic", "controller"))
+    found |= _motion(frame, plant) | _tyres(frame, plant)
+    placed = _has(frame, f"{plant}.state.x", f"{plant}.state.y", f"{plant}.state.psi")
+    if placed:
+        found["gap_edge"] = float(edge_gap(ego_boxes(frame, plant, scene), scene).min())
+    if placed and _has(frame, *(f"{traffic}.obstacles.{s}[{SLOTS}]" for s in ("valid", *_BOX))):
         found["gap_obstacle"] = float(obstacle_gaps(frame, roles, scene).min())
-    if {"plant", "controller"} <= roles.keys():
-        found |= _control(frame, roles["plant"], roles["controller"])
+    found |= _actuation(frame, controller) | _planning(frame, plant, controller) | _solver(frame, controller)
     return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
@@ -46,7 +50,7 @@ def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
         found["inside_road"] = metrics["gap_edge"] >= 0
     if "mu_f_max" in metrics:
         found["within_friction_limit"] = max(metrics["mu_f_max"], metrics["mu_r_max"]) <= 1
-    if "solver_fallbacks" in metrics:
+    if {"solver_fallbacks", "solver_limits"} <= metrics.keys():
         found["solver_converged"] = metrics["solver_fallbacks"] == 0 and metrics["solver_limits"] == 0
     return found
 
@@ -74,7 +78,7 @@ def obstacle_gaps(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -
     ego = ego_boxes(frame, roles["plant"], scene)
     bus = f"{roles['traffic']}.obstacles"
     valid = columns(frame, f"{bus}.valid", SLOTS) > 0
-    parts = [columns(frame, f"{bus}.{s}", SLOTS) for s in ("x", "y", "psi", "length", "width")]
+    parts = [columns(frame, f"{bus}.{s}", SLOTS) for s in _BOX]
     nearest = np.full(len(frame), np.inf)
     for slot in np.flatnonzero(valid.any(axis=0)):
         here = valid[:, slot]
@@ -86,9 +90,10 @@ def obstacle_gaps(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -
 def path_error(frame: pd.DataFrame, plant: str, controller: str) -> Rows | None:
     """Distance [m] of the centre of gravity to the path of the same row, positive to the left of it.
 
-    None where the controller shows no path.
+    None where the controller shows no path, or one of both was not recorded.
     """
-    if f"{controller}.path.x[{WAYPOINTS}]" not in frame:
+    axes = [f"{plant}.state.{axis}" for axis in "xy"] + [f"{controller}.path.{axis}[{WAYPOINTS}]" for axis in "xy"]
+    if not _has(frame, *axes):
         return None
     x, y = frame[f"{plant}.state.x"].to_numpy(float), frame[f"{plant}.state.y"].to_numpy(float)
     path_x, path_y = (columns(frame, f"{controller}.path.{axis}", WAYPOINTS) for axis in "xy")
@@ -96,18 +101,16 @@ def path_error(frame: pd.DataFrame, plant: str, controller: str) -> Rows | None:
 
 
 def _motion(frame: pd.DataFrame, plant: str) -> dict[str, float]:
-    r, v_x = frame[f"{plant}.state.r"].to_numpy(float), frame[f"{plant}.state.v_x"].to_numpy(float)
-    found = {
-        "r_peak": np.abs(r).max(),
-        "r_rms": _rms(r),
-        "r_total_variation": np.abs(np.diff(r)).sum(),
-        "v_x_min": v_x.min(),
-        "v_x_max": v_x.max(),
-    }
-    if len(frame) > 1:  # the mean over each step, so that any plant can be compared
-        r_dot = np.diff(r) / np.diff(frame["time"].to_numpy(float))
+    found: dict[str, Any] = {}
+    if _has(frame, f"{plant}.state.r"):
+        r = frame[f"{plant}.state.r"].to_numpy(float)
+        found |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
+    if _has(frame, f"{plant}.state.v_x"):
+        found |= {"v_x_min": frame[f"{plant}.state.v_x"].min(), "v_x_max": frame[f"{plant}.state.v_x"].max()}
+    if _has(frame, f"{plant}.state.r") and len(frame) > 1:  # the mean over each step, so that any plant can be compared
+        r_dot = frame[f"{plant}.state.r"].diff().to_numpy(float)[1:] / np.diff(frame["time"].to_numpy(float))
         found |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
-    if f"{plant}.motion.a_y" in frame:
+    if _has(frame, f"{plant}.motion.a_y"):
         found["a_y_peak"] = frame[f"{plant}.motion.a_y"].abs().max()
     return {name: float(value) for name, value in found.items()}
 
@@ -117,25 +120,41 @@ def _tyres(frame: pd.DataFrame, plant: str) -> dict[str, float]:
     return {f"{n}_max": float(frame[f"{plant}.tyre.{n}"].max()) for n in names}
 
 
-def _control(frame: pd.DataFrame, plant: str, controller: str) -> dict[str, float]:
-    found: dict[str, float] = {}
+def _actuation(frame: pd.DataFrame, controller: str) -> dict[str, float]:
+    if not _has(frame, f"{controller}.actuation.delta_f"):
+        return {}
     delta = frame[f"{controller}.actuation.delta_f"].to_numpy(float)
     step = float(frame["time"].diff().iloc[-1]) if len(frame) > 1 else 1.0
-    found["delta_f_rate_rms"] = _rms(np.diff(delta) / step) if len(frame) > 1 else 0.0
+    return {"delta_f_rate_rms": _rms(np.diff(delta) / step) if len(frame) > 1 else 0.0}
+
+
+def _planning(frame: pd.DataFrame, plant: str, controller: str) -> dict[str, float]:
+    found: dict[str, float] = {}
     error = path_error(frame, plant, controller)
     if error is not None:
         found |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
-    if f"{controller}.plan.y_upper[1]" in frame:
-        y = frame[f"{controller}.plan.y[1]"]
-        outside = (y > frame[f"{controller}.plan.y_upper[1]"]) | (y < frame[f"{controller}.plan.y_lower[1]"])
+    y, upper, lower = (f"{controller}.plan.{s}[1]" for s in ("y", "y_upper", "y_lower"))
+    if _has(frame, y, upper, lower):
+        outside = (frame[y] > frame[upper]) | (frame[y] < frame[lower])
         found["corridor_violations"] = float(outside.sum())
-    if f"{controller}.solver.status" in frame:
+    return found
+
+
+def _solver(frame: pd.DataFrame, controller: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    if _has(frame, f"{controller}.solver.status"):
         status = frame[f"{controller}.solver.status"]
         found["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
         found["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
-        found["solver_iterations_max"] = float(frame[f"{controller}.solver.iterations"].max())
-        found["solver_kkt_max"] = float(frame[f"{controller}.solver.kkt"].max())
+    for name in ("iterations", "kkt"):
+        if _has(frame, f"{controller}.solver.{name}"):
+            found[f"solver_{name}_max"] = float(frame[f"{controller}.solver.{name}"].max())
     return found
+
+
+def _has(frame: pd.DataFrame, *names: str) -> bool:
+    """Whether all these columns were recorded."""
+    return all(name in frame for name in names)
 
 
 def _rms(values: NDArray[Any]) -> float:

@@ -20,6 +20,7 @@ import pandas as pd
 from components.interfaces.problem import refuse
 from fmus.version import Version
 from orchestrator import metrics, ssp
+from orchestrator.mapped import Mapped
 from orchestrator.master import Simulation, SimulationError
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
@@ -69,15 +70,18 @@ def summary(
 ) -> dict[str, Any]:
     """The run in one page, for a person and for a machine."""
     roles = {socket.name: unit for unit, socket in scenario.system.sockets.items()}
-    found = metrics.compute(frame, roles, scenario.scene) if scenario.scene is not None and len(frame) else {}
-    times = simulation.step_times[: len(frame)] * 1e6
+    found: dict[str, float] = {}
+    if scenario.scene is not None and len(frame):
+        # what is not there at every tick could only give metrics that are not those of the run
+        found = metrics.compute(frame[["time", *simulation.log.at_every_tick]], roles, scenario.scene)
+    times = simulation.step_times[: simulation.log.kept] * 1e6
     told: dict[str, Any] = {
         "scenario": scenario.name,
         "title": scenario.title,
         "status": status(ended),
         "metrics": found,
         "verdicts": metrics.verdicts(found),
-        "experiment": {"step": scenario.h, "stop_time": scenario.until, "ticks": len(frame)},
+        "experiment": {"step": scenario.h, "stop_time": scenario.until, "ticks": simulation.log.kept},
         "schedule": str(simulation.schedule),
         "units": units(scenario.system),
         "connections": [str(c) for c in scenario.system.connections],
@@ -115,6 +119,9 @@ def _unit(system: System, name: str) -> dict[str, Any]:
     source = system.units[name]
     socket = system.sockets.get(name)
     told: dict[str, Any] = {"kind": source.interface.kind, "socket": socket.name if socket else None}
+    if isinstance(source, Mapped):
+        told["mapping"] = source.text
+        source = source.fmu
     if isinstance(source, Fmu):
         path = Path(source.path)
         digest = hashlib.sha256(path.read_bytes()).hexdigest()

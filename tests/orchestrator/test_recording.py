@@ -69,7 +69,7 @@ def test_a_slow_run_is_on_disk_as_it_goes_and_tidy_in_the_end(static, tmp_path):
     whole.close(ABOUT)
     assert values(tmp_path / "recording.rrd") == values(once / "recording.rrd")
     size = (tmp_path / "recording.rrd").stat().st_size
-    assert abs(size - (once / "recording.rrd").stat().st_size) < 500
+    assert abs(size - (once / "recording.rrd").stat().st_size) < 10_000
     assert size < 0.7 * large
     assert "finished" in status(tmp_path / "recording.rrd")
 

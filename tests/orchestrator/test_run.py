@@ -1,0 +1,300 @@
+"""Runs from request to folder: what is on disk while they step, when they are killed, and when their viewer hangs."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from contextlib import ExitStack, contextmanager, nullcontext
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from rerun.chunk import RrdReader
+
+from orchestrator import live, pictures, run
+from orchestrator.drawing import draw_folder
+from orchestrator.live import Live, Wish
+from orchestrator.pacing import Pacer
+from orchestrator.recording import Afterwards
+from orchestrator.recording_process import RecordingProcess
+from orchestrator.run import Beside, execute
+from orchestrator.scenario import Options, prepare
+
+# a recording that was cut short has no footer, and Rerun says so
+pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
+
+WALL_TIME = ["timing", "realtime"]
+
+
+class NoFigures(nullcontext):
+    """Figures have tests of their own."""
+
+    def start(self, folder):
+        pass
+
+    def wait(self):
+        return ""
+
+
+def static(**options):
+    return prepare("static", Options(mode="blocks", **options))
+
+
+def recorded(path):
+    """Values of each signal by entity, in the order of ticks: (ticks, values)."""
+    found = defaultdict(list)
+    for chunk in RrdReader(path).stream():
+        if chunk.entity_path.startswith("/signals/") and not chunk.is_static:
+            batch = chunk.to_record_batch()
+            rows = zip(batch.column("tick").to_pylist(), batch.column("Scalars:scalars").to_pylist(), strict=True)
+            found[chunk.entity_path] += rows
+    return {entity: tuple(zip(*sorted(rows), strict=True)) for entity, rows in found.items()}
+
+
+def assert_same_values(folder, system):
+    """`signals.parquet` and `recording.rrd` hold the same values at the same ticks."""
+    frame = pd.read_parquet(folder / "signals.parquet")
+    ticks = np.rint(frame["time"] / 0.1).astype(int)
+    found = recorded(folder / "recording.rrd")
+    kept = [s for s in pictures.signals(system) if s.columns[0] in frame]
+    assert set(found) == {"/signals/" + s.path.replace(".", "/") for s in kept}
+    for signal_ in kept:
+        own = frame[list(signal_.columns)].astype(float)
+        own.index = ticks
+        own = own.dropna()
+        at, values = found["/signals/" + signal_.path.replace(".", "/")]
+        assert list(at) == own.index.tolist(), signal_.path
+        np.testing.assert_array_equal(np.array(values), own.to_numpy(), err_msg=signal_.path)
+
+
+@pytest.mark.parametrize(
+    "record", [(), ("plant.*", "controller.*:4", "controller.solver.*:1"), ("traffic.obstacles.x:3",)], ids=str
+)
+def test_the_recording_and_the_parquet_file_hold_the_same_values(tmp_path, record):
+    made = static(stop_time=3.0, record=record)
+    with RecordingProcess() as recording:
+        finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), recording))
+    partly = "not every signal is recorded at every tick; what is computed from it is left out"
+    assert finished.notes == ((partly,) if record else ())
+    assert_same_values(tmp_path / "r", made.system)
+
+
+def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
+    made = static(stop_time=2.0)
+    execute(made, tmp_path / "fast", lambda _: None, Beside(NoFigures(), Afterwards()))
+    with RecordingProcess() as recording:
+        execute(made, tmp_path / "paced", lambda _: None, Beside(NoFigures(), recording, realtime=2.0))
+    assert_same_values(tmp_path / "paced", made.system)
+    fast, paced = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("fast", "paced"))
+    assert fast.equals(paced)
+    told = json.loads((tmp_path / "paced" / "summary.json").read_text())
+    assert told["realtime"]["factor"] == 2.0
+    assert sorted(p.name for p in (tmp_path / "paced").iterdir()) == [
+        "figures",
+        "recording.rrd",
+        "signals.parquet",
+        "summary.json",
+        "system.ssp",
+    ]
+
+
+def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
+    made = static(stop_time=2.0)
+    with RecordingProcess() as recording:
+        monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 10 else None)
+        finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), recording, realtime=4.0))
+    assert finished.notes == ()
+    assert_same_values(tmp_path / "r", made.system)
+
+
+def test_metrics_that_need_what_was_not_recorded_are_left_out(tmp_path):
+    made = static(stop_time=2.0, record=["plant.state.*"])
+    finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
+    assert {"r_peak", "gap_edge", "v_x_max"} <= finished.summary["metrics"].keys()
+    assert not {"gap_obstacle", "path_error_max", "mu_f_max"} & finished.summary["metrics"].keys()
+    made = static(stop_time=2.0, record=["*:3", "plant.state.x"])
+    finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
+    assert finished.summary["metrics"] == {}
+    assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 21
+
+
+@pytest.mark.parametrize("record", [["plant.*", "controller.*:4"], ["*:2"], ["traffic.*:2", "plant.*:3"]], ids=str)
+def test_figures_are_drawn_of_signals_that_have_no_gaps(tmp_path, record):
+    execute(static(stop_time=2.0, record=record), tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
+    draw_folder(tmp_path / "r")
+    drawn = {path.stem for path in (tmp_path / "r" / "figures").iterdir()}
+    assert ("yaw_rate" in drawn) == (len(record) == 1 or record[0] == "plant.*")
+    assert ("path_error" in drawn) == (len(record) == 1)
+
+
+def test_ctrl_c_ends_a_run_in_order(tmp_path):
+    command = [sys.executable, "-m", "orchestrator.cli", "run", "static", "--blocks", "--realtime", "1"]
+    process = subprocess.Popen(
+        [*command, "--out", str(tmp_path / "r")], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    until(lambda: recorded_ticks(tmp_path / "r" / "recording.rrd") > 2)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    told = json.loads((tmp_path / "r" / "summary.json").read_text())
+    ticks = told["experiment"]["ticks"]
+    assert (process.returncode, told["status"]) == (130, "interrupted")
+    assert f"macrostep: interrupted after {ticks} ticks" in err
+    assert 3 <= ticks < 114
+    assert f"static: {ticks} ticks of 0.1 s" in out
+    assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == ticks
+    assert_same_values(tmp_path / "r", static().system)
+    assert (tmp_path / "r" / "figures" / "trajectory.png").is_file()
+
+
+def until(holds, within=60.0):
+    deadline = time.monotonic() + within
+    while not holds():
+        assert time.monotonic() < deadline, "not in time"
+        time.sleep(0.05)
+
+
+def recorded_ticks(path):
+    """How many ticks can be read; 0 while there is no file, or not even its header."""
+    try:
+        return 1 + max(recorded(path)["/signals/plant/state/x"][0])
+    except (KeyError, OSError, ValueError, RuntimeError):
+        return 0
+
+
+# -- killed at random ticks
+
+
+def run_to_be_killed(folder, stepped, recorder_pid):
+    """The process that is killed: an endless run that says how far it has come."""
+
+    def done(_, tick):
+        stepped.value = tick
+
+    Pacer.done = done
+    with RecordingProcess() as recording:
+        recorder_pid.value = recording._process.pid
+        execute(static(stop_time=1000.0), folder, lambda _: None, Beside(NoFigures(), recording, realtime=1.0))
+
+
+def killed(context, folder, seed):
+    """Start a run, let it be killed at a random tick, and tell (ticks stepped, ticks that can be read)."""
+    stepped, recorder_pid = context.Value("q", -1), context.Value("q", 0)
+    process = context.Process(target=run_to_be_killed, args=(folder, stepped, recorder_pid))
+    process.start()
+    yield
+    at = random.Random(seed).randint(1, 45)  # noqa: S311 - any tick will do
+    until(lambda: stepped.value >= at)
+    if seed % 2:  # everything at once, as when a machine runs out of memory
+        os.kill(recorder_pid.value, signal.SIGKILL)
+    os.kill(process.pid, signal.SIGKILL)
+    process.join()
+    until(lambda: not Path(f"/proc/{recorder_pid.value}").exists())
+    yield stepped.value + 1, recorded(folder / "recording.rrd")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for processes in /proc")
+def test_a_run_that_is_killed_loses_two_seconds_at_most_and_never_the_file(tmp_path):
+    with run.Simulation(static().system, h=0.1, until=11.3) as simulation:
+        simulation.run()
+    whole = simulation.frame()
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__, "orchestrator.run"])
+    lost = []
+    for first in range(0, 20, 4):
+        runs = [killed(context, tmp_path / str(seed), seed) for seed in range(first, first + 4)]
+        for each in runs:
+            next(each)
+        for each in runs:
+            stepped, found = next(each)
+            ticks, x = found["/signals/plant/state/x"]
+            assert list(ticks) == list(range(len(ticks)))
+            assert [value for (value,) in x] == whole["plant.state.x"][: len(ticks)].tolist()
+            lost.append(stepped - len(ticks))
+    assert max(lost) <= 20, lost
+
+
+# -- viewers that are slow, dead or hung
+
+
+@contextmanager
+def dead():
+    """An address where nobody listens."""
+    yield f"rerun+http://127.0.0.1:{live.free_port(0)}/proxy", lambda: None
+
+
+@contextmanager
+def silent():
+    """A server that accepts and never answers."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield f"rerun+http://127.0.0.1:{server.getsockname()[1]}/proxy", lambda: None
+
+
+@contextmanager
+def stopped(how):
+    """A real viewer, or server of viewers, that is stopped in mid-run."""
+    port = live.free_port(0)
+    process = live.serve(port, how)
+    try:
+        assert live.listens(port, 60, process)
+        yield f"rerun+http://127.0.0.1:{port}/proxy", lambda: process.send_signal(signal.SIGSTOP)
+    finally:
+        process.kill()
+        process.wait()
+
+
+VIEWERS = {
+    "dead": dead,
+    "silent": silent,
+    "server": lambda: stopped(["--serve-grpc"]),
+    "viewer": lambda: stopped(["--headless", "--hide-welcome-screen"]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*list(VIEWERS)[:-1], pytest.param("viewer", marks=pytest.mark.viewer)])
+def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name, monkeypatch):
+    made = static(stop_time=4.0)
+    ended = {}
+    step = run._step
+
+    def timed(simulation, pacer):
+        ended[simulation] = None
+        found = step(simulation, pacer)
+        ended[simulation] = time.monotonic()
+        return found
+
+    monkeypatch.setattr(run, "_step", timed)
+    said, tails = [], []
+    with VIEWERS[name]() as (url, stop), ExitStack() as stack:
+        alone, recording, viewing = RecordingProcess(), RecordingProcess(), Live(Wish(url=url), said.append)
+        for each in (alone, recording, viewing):
+            stack.enter_context(each)
+        execute(made, tmp_path / "alone", lambda _: None, Beside(NoFigures(), alone, realtime=2.0))
+        tails.append(time.monotonic() - [*ended.values()][-1])
+        monkeypatch.setattr(Pacer, "done", lambda _, tick: stop() if tick == 20 else None)
+        beside = Beside(NoFigures(), recording, viewing, realtime=2.0)
+        finished = execute(made, tmp_path / "watched", lambda _: None, beside)
+        tails.append(time.monotonic() - [*ended.values()][-1])
+    assert tails[1] < max(3.0, tails[0] + live._FOLLOWS_WITHIN + 1.0)
+    alone, watched = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("alone", "watched"))
+    assert alone.equals(watched)
+    assert_same_values(tmp_path / "watched", made.system)
+    told = [json.loads((tmp_path / n / "summary.json").read_text()) for n in ("alone", "watched")]
+    first, second = ({k: v for k, v in t.items() if k not in WALL_TIME} for t in told)
+    assert first == second
+    if name == "dead":
+        assert said == [f"no viewer answers at {url}; the run goes on without it"]
+        assert finished.notes == ()
+    else:
+        (note,) = finished.notes
+        assert note.startswith("the viewer did not take the whole run (")
