@@ -29,7 +29,7 @@ from orchestrator.mapped import Mapped
 from orchestrator.mapping_file import written
 from orchestrator.scenario import Scenario
 from orchestrator.ssp_rules import SSC, SSD, SSV
-from orchestrator.ssp_xml import Element, add, has_unit, literal, qualified, unit_definitions
+from orchestrator.ssp_xml import Element, add, add_enumerations, add_units, has_unit, literal, qualified
 from orchestrator.system import Connection, Fmu, InProcess, Source, System
 
 OURS: Final = "urn:macrostep"
@@ -111,8 +111,8 @@ def _description(scenario: Scenario) -> Element:
     wires = add(top, SSD, "Connections") if system.connections else None
     for wire in system.connections:
         _connection(wires, system, wire, old=old)
-    _enumerations(root, quantities)
-    _units(root, quantities)
+    add_enumerations(root, quantities)
+    add_units(root, quantities)
     _experiment(root, scenario)
     annotations = add(root, SSD, "Annotations")
     annotation = add(annotations, SSC, "Annotation", type="org.macrostep")
@@ -286,7 +286,7 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
                 if origin:
                     parameter.set("description", origin)
                 _value(parameter, variable, some, old=old)
-    _units(root, used, space=SSV)
+    add_units(root, used, space=SSV)
     return root
 
 
@@ -299,21 +299,3 @@ def _value(parameter: Element, variable: Variable, texts: Sequence[str], *, old:
             add(made, SSV, "Value", value=text)
     if not old:
         _dimensions(parameter, variable)
-
-
-def _enumerations(root: Element, quantities: list[Quantity]) -> None:
-    kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
-    if not kinds:
-        return
-    parent = add(root, SSD, "Enumerations")
-    for name, kind in sorted(kinds.items()):
-        enumeration = add(parent, SSC, "Enumeration", name=name)
-        for item in kind:
-            add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
-
-
-def _units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
-    if definitions := unit_definitions(quantities):
-        parent = add(root, space, "Units")
-        for name, base in definitions.items():
-            add(add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)

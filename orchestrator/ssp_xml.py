@@ -8,6 +8,7 @@ from typing import Any, TypeAlias, cast
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
+from orchestrator.ssp_rules import SSC, SSD
 
 Element: TypeAlias = Any
 """An element of lxml, whose own type is private"""
@@ -49,3 +50,23 @@ def add(parent: Element, space: str, label: str, /, **attributes: str) -> Elemen
 def qualified(space: str, name: str) -> str:
     """A name in a namespace, as lxml writes it."""
     return f"{{{space}}}{name}"
+
+
+def add_enumerations(root: Element, quantities: Sequence[Quantity]) -> None:
+    """The definitions of all enumerations in use, for an SSD."""
+    kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
+    if not kinds:
+        return
+    parent = add(root, SSD, "Enumerations")
+    for name, kind in sorted(kinds.items()):
+        enumeration = add(parent, SSC, "Enumeration", name=name)
+        for item in kind:
+            add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
+
+
+def add_units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
+    """The definitions of all units in use, for an SSD or an SSV."""
+    if definitions := unit_definitions(quantities):
+        parent = add(root, space, "Units")
+        for name, base in definitions.items():
+            add(add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)

@@ -127,12 +127,12 @@ def test_the_delay_is_no_rounding(static, runs):
 
 
 @pytest.mark.parametrize("tool", ["ecos", "libcosim"])
-def test_linear_transformations_are_applied_there_too(built_fmus, tmp_path, tool):
+def test_linear_transformations_and_held_inputs_are_applied_there_too(built_fmus, tmp_path, tool):
     plant = built_fmus / "fmi2" / "bicycle.fmu"
     system = System(
         units={"leader": Fmu(plant), "follower": Fmu(plant, {"m": 1500.0})},
         wiring={"follower.actuation.delta_f": "leader.state.psi"},
-        held={f"{car}.actuation.T_r": 0.0 for car in ("leader", "follower")} | {"leader.actuation.delta_f": 0.0},
+        held={"leader.actuation.delta_f": 0.01, "leader.actuation.T_r": 10.0, "follower.actuation.T_r": 0.0},
         transformations={"follower.actuation.delta_f": Linear(0.5, 0.02)},
     )
     made = Scenario("convoy", "two vehicles", system, None, 0.1, 2.0, {})

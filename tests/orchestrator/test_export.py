@@ -15,7 +15,7 @@ from lxml import etree
 
 from components.interfaces.conversion import Linear
 from fmus.version import Version
-from orchestrator import cli, ssp
+from orchestrator import cli, ssp, ssp_reader
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.system import Fmu, System
 
@@ -109,6 +109,19 @@ def test_two_files_of_one_name_are_kept_apart(built_fmus, tmp_path):
     }
     sources = content(tmp_path / "a.ssp")["SystemStructure.ssd"].xpath("//ssd:Component/@source", namespaces=NS)
     assert sources == ["resources/leader.bicycle.fmu", "resources/follower.bicycle.fmu"]
+
+
+def test_held_inputs_are_values_for_other_tools_and_for_us(built_fmus, tmp_path):
+    made = convoy(built_fmus, tmp_path)
+    ssp.write(made, tmp_path / "a.ssp")
+    files = content(tmp_path / "a.ssp")
+    assert_valid(files)
+    values = files["resources/leader.ssv"].xpath("//ssv:Parameter[starts-with(@name, 'actuation')]", namespaces=NS)
+    assert {p.get("name"): p[0].get("value") for p in values} == {
+        "actuation.delta_f": "0.02",
+        "actuation.T_r": "10.0",
+    }
+    assert ssp_reader.read(tmp_path / "a.ssp").system.held == made.system.held
 
 
 def test_conversions_and_own_steps_are_written(built_fmus, tmp_path):
