@@ -286,3 +286,18 @@ def test_a_tunable_parameter_acts_from_the_next_step_on(drive: Drive, version: V
     driver.step(0.0, H)
     plain.step(0.0, H)
     assert driver.get("state.v_x") - 10 == pytest.approx(2 * (plain.get("state.v_x") - 10))
+
+
+@VERSIONS
+def test_the_rounding_of_a_masters_clock_does_not_reach_the_state(drive: Drive, version: Version) -> None:
+    """libcosim takes the step as the difference of two times in nanoseconds: 0.1 s, give or take the last digits."""
+    states: list[list[float]] = []
+    for noisy in (False, True):
+        driver = drive("bicycle", version)
+        driver.start()
+        driver.set("actuation.delta_f", 0.03)
+        for k in range(50):
+            step = (k + 1) * 1e8 / 1e9 - k * 1e8 / 1e9 if noisy else H
+            driver.step(k * H, step)
+        states.append([driver.get(f"state.{name}").item() for name in STATES])
+    assert states[0] == states[1]
