@@ -31,7 +31,7 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
     """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
     names = _names(runs)
     pictures = [
-        RunPicture(run.scenario.system, run.scenario.scene, name, palette.run(i), timed=False)
+        RunPicture(run.scenario.system, run.scenario.scene, name, i, timed=False)
         for i, (run, name) in enumerate(zip(runs, names, strict=True))
     ]
     chosen = list(differences) or _usual(pictures, tables)

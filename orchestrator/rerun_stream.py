@@ -275,9 +275,10 @@ def _car(car: s.Car) -> list[tuple[str, Any]]:
         vectors=[[0.7 * car.length, 0, 0]],
         colors=palette.HEADING,
         radii=0.14,
-        labels=[car.label] if car.label else None,
     )
-    return [("", box), ("/heading", arrow)]
+    beside = [0, -car.width / 2 - car.beside, car.height]
+    name = rr.Points3D([beside], radii=0.01, colors=palette.NAME, labels=[car.label], show_labels=True)
+    return [("", box), ("/heading", arrow), ("/name", name)]
 
 
 def _radius(size: float, *, of_world: bool = False) -> Any:

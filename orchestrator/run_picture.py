@@ -19,7 +19,6 @@ from orchestrator import events, friction, layout, palette, pictures, world
 from orchestrator.pictures import Columns
 from orchestrator.scene import Scene
 from orchestrator.shapes import (
-    Colour,
     Memory,
     Messages,
     SeriesStyle,
@@ -39,20 +38,20 @@ MICROSECONDS = "\N{MICRO SIGN}s"
 
 
 class RunPicture:
-    """What is drawn of one run; `run` and `colour` tell it from others in the same recording.
+    """What is drawn of one run; `run` and `number` tell it from others in the same recording.
 
     A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps.
     """
 
     def __init__(
-        self, system: System, scene: Scene | None, run: str = "", colour: Colour | None = None, *, timed: bool = True
+        self, system: System, scene: Scene | None, run: str = "", number: int | None = None, *, timed: bool = True
     ) -> None:
         self.system, self.run, self.who, self.timed = system, run, pictures.cast(system), timed
         self.scene = None if self.who.is_empty else scene
         self.signals, self.limits = pictures.signals(system), layout.limits(system)
-        self._colour = colour
+        colour = self._colour = None if number is None else palette.run(number)
         self._most = friction.loads(system, self.who)
-        self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour)
+        self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour, number or 0)
         self._log = events.Log(self.who, self.scene, self.limits)
         self._memory = Memory()
 

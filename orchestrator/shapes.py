@@ -168,7 +168,9 @@ class Car(Style):
     width: float
     height: float
     colour: Colour
-    label: str = ""
+    label: str
+    beside: float
+    """[m] from its right side to its name"""
     shared: bool = False
     """Whether others may stand in the same place, to be seen through it"""
 

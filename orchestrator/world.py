@@ -33,11 +33,18 @@ from orchestrator.shapes import (
 FLAT: Final = 0.02
 """[m] height of the footprints: from above, bodies would hide where a vehicle ends"""
 
+_BESIDE, _APART = 0.7, 1.1
+"""[m] beside a vehicle stands its name, and those of others below it"""
+
 
 class World:
-    """What is drawn of a run's world; in a comparison (`colour`) the ego's trail, path and plan have its colour."""
+    """What is drawn of a run's world; in a comparison (`colour`) the ego's trail, path and plan have its colour.
 
-    def __init__(self, who: Cast, scene: Scene, run: str, colour: Colour | None) -> None:
+    The names of several runs stand below each other, by their `number`.
+    """
+
+    def __init__(self, who: Cast, scene: Scene, run: str, colour: Colour | None, number: int = 0) -> None:
+        self._beside = _BESIDE + number * _APART
         self._who, self._scene, self._run, self._colour = who, scene, run, colour
         self._memory = Memory()
         self._road = (0.0, 0.0)
@@ -59,6 +66,7 @@ class World:
                     height=height,
                     colour=own or palette.EGO,
                     label=self._run or "ego",
+                    beside=self._beside,
                     shared=own is not None,
                 )
             yield PointStyle(entity=self._at("trail"), size=0.15, of_world=True, colour=own)

@@ -36,7 +36,7 @@ def test_colours_of_a_group_differ(colours):
 
 
 def test_a_label_stands_out_from_its_plate():
-    for colour in (palette.WAYPOINT, palette.HEADING, palette.EDGE):
+    for colour in (palette.WAYPOINT, palette.NAME, palette.EDGE):
         assert _contrast(colour, (40, 40, 40)) > 7
         assert _contrast(colour, (150, 150, 150)) > 2.2
 

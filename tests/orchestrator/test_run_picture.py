@@ -11,7 +11,7 @@ import pytest
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.unit import Interface
-from orchestrator import screen, shapes
+from orchestrator import palette, screen, shapes
 from orchestrator.rerun_stream import blueprint, write
 from orchestrator.run_picture import MICROSECONDS, RunPicture
 from orchestrator.system import System
@@ -124,8 +124,8 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
 
 
 def test_in_a_comparison_every_series_has_the_runs_colour_and_name(system):
-    picture = RunPicture(system, None, "second", (1, 2, 3))
+    picture = RunPicture(system, None, "second", 1)
     series = _by_entity(picture.styles(), shapes.SeriesStyle)
     assert series["/signals/second/unit/heater/T"].names == ["second"]
     assert series["/signals/second/unit/box/torques"].names[0] == "second torques[1,1] [N.m]"
-    assert {colour for style in series.values() for colour in style.colours} == {(1, 2, 3)}
+    assert {colour for style in series.values() for colour in style.colours} == {palette.RUNS[1]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator import palette, screen
+from orchestrator import screen
 from orchestrator.run_picture import MICROSECONDS, RunPicture
 from orchestrator.scenario import Options, prepare
 
@@ -55,7 +55,7 @@ def test_limits_are_drawn_with_what_they_limit():
 
 
 def test_several_runs_share_their_views_one_signal_each():
-    runs = [RunPicture(STATIC.system, STATIC.scene, name, palette.run(i), timed=False) for i, name in enumerate("ab")]
+    runs = [RunPicture(STATIC.system, STATIC.scene, name, i, timed=False) for i, name in enumerate("ab")]
     extra = screen.Series("difference", ["/difference/b/x"])
     made = screen.screen(runs, [extra]).parts[0]
     assert "Acceleration a_y [m/s2]" in _titles(made)
