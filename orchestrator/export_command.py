@@ -24,6 +24,7 @@ def export(  # noqa: PLR0913 - one parameter per option of the command
     stop_time: run_options.StopTime = None,
     step: run_options.Step = None,
     algorithm: run_options.MasterAlgorithm = None,
+    lenient: run_options.Lenient = False,  # noqa: FBT002
 ) -> None:
     """Write a scenario's system for other tools, without running it.
 
@@ -43,6 +44,7 @@ def export(  # noqa: PLR0913 - one parameter per option of the command
             step=step,
             stop_time=stop_time,
             algorithm=algorithm,
+            lenient=lenient,
         )
         written = write(scenario, options, Targets(ssp, container), progress)
     for remark in written.remarks:
