@@ -1,0 +1,176 @@
+"""`macrostep check`: what a file is, which socket it fits, what is missing, and a template for the rest."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+import zipfile
+
+import pytest
+
+from components.interfaces.problem import RequestError
+from components.interfaces.sockets import SOCKETS
+from fmus.version import Version
+from orchestrator import cli, ssp
+from orchestrator.check import check
+from orchestrator.mapping_reader import read_mapping
+from orchestrator.scenario import Options, prepare
+from orchestrator.template import write_template
+from tests.orchestrator import foreign
+
+
+@pytest.fixture
+def theirs(in_tmp_path):
+    """The right-handed car in the working folder."""
+    source = foreign.made(foreign.RightHanded, in_tmp_path, Version.FMI2)
+    return foreign.relabelled(source, in_tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS)
+
+
+@pytest.fixture
+def macrostep(monkeypatch, capsys):
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["macrostep", "check", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        said = capsys.readouterr()
+        return end.value.code or 0, said.out, said.err
+
+    return call
+
+
+def test_an_fmu_is_described(theirs, macrostep):
+    code, out, err = macrostep("theirs.fmu")
+    assert (code, err) == (0, "")
+    assert out.startswith("theirs.fmu: `right_handed`, FMI 2.0, Co-Simulation\n")
+    assert "  keeps the rules of FMI\n" in out
+    assert "  car.south     output  Float64  mm            position across the road, to the right [mm]\n" in out
+    assert "  plant       does not fit, 0 of 8 signals found\n" in out
+    assert not list(theirs.parent.glob("*.toml"))
+
+
+def test_a_socket_that_fits_is_code_0_and_needs_no_template(built_fmus, in_tmp_path, macrostep):
+    code, out, _ = macrostep(built_fmus / "fmi3" / "bicycle.fmu")
+    assert code == 0
+    assert "  plant       fits as it is\n  traffic     does not fit" in out
+    code, out, _ = macrostep(built_fmus / "fmi3" / "bicycle.fmu", "--socket", "plant")
+    assert code == 0
+    assert "socket plant: fits as it is\n" in out
+    assert list(in_tmp_path.iterdir()) == []
+
+
+def test_a_socket_that_does_not_fit_is_code_1_and_a_template_is_written(theirs, macrostep):
+    code, out, err = macrostep("theirs.fmu", "--socket", "plant")
+    assert code == 1
+    assert "socket plant: does not fit, 0 of 8 signals found\n" in out
+    assert "  state.v_x          [m/s]    missing\n" in out
+    assert "written: theirs.plant.toml, a mapping to fill in\n" in out
+    assert err.startswith("macrostep: plant: theirs.fmu: found no variable for actuation.delta_f (Float64 in `rad`),")
+    text = (theirs.parent / "theirs.plant.toml").read_text()
+    assert 'y = "?"  # [m] position across the road, to the left; candidates: car.south [mm], car.east [m]\n' in text
+    assert 'candidates: car.force [N] as "wheel_force" or "force";' in text
+    assert read_mapping(theirs.parent / "theirs.plant.toml").fmu == theirs
+
+
+def test_a_template_that_is_not_filled_in_says_what_to_fill_in(theirs):
+    check(theirs, "plant", theirs.parent / "mine.toml")
+    with pytest.raises(RequestError) as error:
+        prepare("static", Options(mode="blocks", replacements={"plant": "mine.toml"}))
+    assert str(error.value).startswith(
+        "mine.toml: found nothing filled in yet for actuation.delta_f, actuation.T_r, state.x, state.y, state.psi, "
+        "state.v_x, state.v_y, state.r; valid: a variable for each among its inputs car.wheel in deg, car.force in N;"
+    )
+
+
+def test_a_template_that_is_filled_in_runs(theirs, macrostep):
+    macrostep("theirs.fmu", "--socket", "plant")
+    path = theirs.parent / "theirs.plant.toml"
+    text = path.read_text()
+    content = tomllib.loads(foreign.RIGHT_HANDED)
+    for leaf in ("x", "y", "psi", "v_x", "v_y", "r"):
+        text = text.replace(f'\n{leaf} = "?"', f'\n{leaf} = "{content["state"][leaf]}"')
+    told = '{ variable = "car.wheel", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }'
+    text = text.replace('delta_f = "?"', f"delta_f = {told}")
+    text = text.replace(
+        'T_r = "?"', 'T_r = { variable = "car.force", as = "force", R_w = { value = 0.3, unit = "m" } }'
+    )
+    text = text.replace("# axes", "axes").replace("# reference = ", "reference = ").replace("1.4", "1.05")
+    path.write_text(text)
+    code, out, err = macrostep("theirs.plant.toml")
+    assert (code, err) == (0, "")
+    assert "socket plant: fits, with the conversions below\n" in out
+    assert prepare("static", Options(mode="blocks", replacements={"plant": str(path)})).remarks == ()
+
+
+def test_nothing_is_overwritten(theirs, macrostep):
+    (theirs.parent / "theirs.plant.toml").write_text("mine")
+    _, out, _ = macrostep("theirs.fmu", "--socket", "plant")
+    assert "theirs.plant.toml is kept as it is; another mapping goes to --out FILE.toml\n" in out
+    code, _, err = macrostep("theirs.fmu", "--socket", "plant", "--out", "theirs.plant.toml")
+    assert code == 2
+    assert err == "macrostep: theirs.plant.toml: found a file; valid: a new file. Choose another name, or remove it.\n"
+    assert (theirs.parent / "theirs.plant.toml").read_text() == "mine"
+    with pytest.raises(RequestError, match="found a place that cannot be written to \\(No such file or directory\\)"):
+        write_template("text", theirs.parent / "gone" / "t.toml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["gone.fmu"], "gone.fmu: found no such file; valid: an .fmu, an .ssp, or the .toml that maps an FMU"),
+        (
+            ["notes.txt"],
+            "notes.txt: found a file ending in `.txt`; valid: an .fmu, an .ssp, or the .toml that maps an FMU",
+        ),
+        (
+            ["theirs.fmu", "--socket", "plnt"],
+            "--socket: found `plnt`; valid: controller, plant, traffic. Did you mean `plant`?",
+        ),
+        (
+            ["theirs.fmu", "--out", "t.toml"],
+            "--out: found a template without an FMU and its socket; valid: FILE.fmu --socket SOCKET --out FILE.toml",
+        ),
+    ],
+)
+def test_a_wrong_request_is_code_2(theirs, macrostep, arguments, text):
+    (theirs.parent / "notes.txt").write_text("x")
+    assert macrostep(*arguments)[::2] == (2, f"macrostep: {text}\n")
+
+
+def test_a_file_that_cannot_be_used_is_code_1(in_tmp_path, macrostep):
+    (in_tmp_path / "bad.fmu").write_text("no archive")
+    code, out, err = macrostep("bad.fmu")
+    assert (code, out) == (1, "bad.fmu: cannot be used\n")
+    assert "bad.fmu: found" in err
+    (in_tmp_path / "bad.toml").write_text('fmu = "bad.fmu"\nsocket = "plant"\naxes = "up"\n')
+    code, _, err = macrostep("bad.toml")
+    assert (code, err) == (1, "macrostep: bad.toml: axes: found `up`; valid: iso8855, y_right\n")
+
+
+def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macrostep):
+    with zipfile.ZipFile(theirs) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    files["modelDescription.xml"] = files["modelDescription.xml"].replace(b'unit="km/h"', b'unit="knots"')
+    with zipfile.ZipFile(theirs, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    code, out, err = macrostep("theirs.fmu")
+    assert code == 1
+    assert "breaks rules of FMI, and runs with --lenient only" in out
+    assert "  car.speed     output  Float64  knots" in out
+    assert "`knots`" in err
+
+
+def test_an_ssp_is_listed(in_tmp_path, macrostep):
+    ssp.write(prepare("static", Options(mode="blocks")), in_tmp_path / "system.ssp")
+    code, out, _ = macrostep("system.ssp")
+    assert code == 0
+    assert "  plant       bicycle       socket plant\n" in out
+    assert "  controller.actuation.delta_f -> plant.actuation.delta_f\n" in out
+
+
+@pytest.mark.parametrize("socket", list(SOCKETS))
+def test_every_template_reads_back_as_far_as_it_goes(theirs, socket):
+    check(theirs, socket, theirs.parent / f"{socket}.toml")
+    mapping = read_mapping(theirs.parent / f"{socket}.toml")
+    assert mapping.socket == socket
+    assert all(entry.missing for entries in mapping.signals.values() for entry in entries)
