@@ -1,0 +1,165 @@
+"""Watching a run: who is started, what listens where, and what is said; the stream itself arrives."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import time
+import urllib.request
+from collections import defaultdict
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+import pytest
+from rerun.chunk import RrdReader
+
+from components.interfaces.problem import RequestError
+from orchestrator import live, viewer
+from orchestrator.live import Live, Wish, wish
+from orchestrator.recording import Afterwards
+from orchestrator.run import Beside, execute
+from orchestrator.scenario import Options, prepare
+
+# a stream that was saved has no footer, and Rerun says so
+pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
+
+PROC = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks for listeners in /proc")
+
+
+class NoFigures(nullcontext):
+    """Figures have tests of their own."""
+
+    def start(self, folder):
+        pass
+
+    def wait(self):
+        return ""
+
+
+def wrong(**options):
+    with pytest.raises(RequestError) as error:
+        wish(**{"live": True, "viewer": True, "web": False, "url": None, **options})
+    return str(error.value).splitlines()
+
+
+def test_options_that_need_live_or_exclude_each_other_are_told():
+    assert wish(live=False, viewer=True, web=False, url=None) is None
+    assert wish(live=True, viewer=False, web=False, url=None) == Wish(viewer=False)
+    assert wrong(live=False, viewer=False, web=True, url="x") == [
+        "--no-viewer: found no --live; valid: with --live only",
+        "--web: found no --live; valid: with --live only",
+        "--connect: found no --live; valid: with --live only",
+    ]
+    assert wrong(web=True, url="x") == ["--connect: found --web or --no-viewer too; valid: one of them"]
+    assert wrong(url="localhost") == [
+        "--connect localhost: found no address of a viewer; valid: rerun+http://HOST:9876/proxy."
+        " A viewer says it when it starts."
+    ]
+
+
+def listeners(pid):
+    """Addresses on which a process listens, as /proc has them: hexadecimal, lowest byte first."""
+    inodes = set()
+    for link in Path(f"/proc/{pid}/fd").iterdir():
+        try:
+            inodes |= set(re.findall(r"socket:\[(\d+)\]", str(link.readlink())))
+        except OSError:
+            continue
+    found = []
+    for table in ("tcp", "tcp6"):
+        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
+            fields = line.split()
+            if fields[3] == "0A" and fields[9] in inodes:
+                found.append(fields[1].partition(":")[0])
+    return found
+
+
+@PROC
+@pytest.mark.parametrize(("chosen", "count"), [(Wish(viewer=False), 1), (Wish(web=True), 2)], ids=["server", "web"])
+def test_nothing_listens_to_other_machines(chosen, count, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    said = []
+    with Live(chosen, said.append) as stream:
+        deadline = time.monotonic() + 30
+        while len(listeners(stream._server.pid)) < count and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert listeners(stream._server.pid) == ["0100007F"] * count
+        if chosen.web:
+            (address,) = re.findall(r"live in the browser at (\S+)", said[-1])
+            with urllib.request.urlopen(address) as page:  # noqa: S310 - our own server
+                assert b"rerun" in page.read().lower()
+        assert not listeners(stream._process._process.pid)
+        server = stream._server
+    assert server.returncode is not None
+
+
+def test_a_port_that_is_taken_is_told_and_another_one_found(monkeypatch):
+    said = []
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        monkeypatch.setattr(live, "PORT", other.getsockname()[1])
+        with Live(Wish(viewer=False), said.append) as stream:
+            assert live.answers(stream._url)
+    found = int(re.findall(r"127.0.0.1:(\d+)/proxy", said[1])[0])
+    assert said == [
+        f"port {live.PORT} is taken, by another viewer perhaps; this one has {found}",
+        f"live at rerun+http://127.0.0.1:{found}/proxy, look with: rerun rerun+http://127.0.0.1:{found}/proxy",
+    ]
+
+
+def test_without_a_display_it_says_how_to_connect(monkeypatch):
+    monkeypatch.setattr(live, "has_display", lambda: False)
+    said = []
+    with Live(Wish(), said.append):
+        pass
+    assert said[-1].startswith("no display here; live at rerun+http://127.0.0.1:")
+
+
+def test_a_server_that_was_stopped_does_not_hold_up_the_end():
+    with Live(Wish(viewer=False), lambda _: None) as stream:
+        stream._server.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+    assert time.monotonic() - began < 10
+
+
+@contextmanager
+def saving(url, path):
+    """A viewer without a window that joins at `url` and keeps what it sees."""
+    port = live.free_port(0)
+    command = [viewer.program(), "--connect", url, "--bind", "127.0.0.1", "--port", str(port), "--save", str(path)]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        assert live.listens(port, 60, process)
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+def values(path):
+    """Everything that was sent to each entity at each tick."""
+    found = defaultdict(dict)
+    for chunk in RrdReader(path).stream():
+        if not chunk.is_static and not chunk.entity_path.startswith("/limits"):  # those stand at the ends of batches
+            batch = chunk.to_record_batch()
+            columns = [name for name in batch.schema.names if ":" in name]
+            for row in batch.select(["tick", *columns]).to_pylist():
+                found[chunk.entity_path][row["tick"]] = [row[name] for name in columns]
+    return found
+
+
+def test_a_viewer_sees_what_the_recording_holds(tmp_path):
+    made = prepare("static", Options(mode="blocks", stop_time=2.0))
+    with Live(Wish(viewer=False), lambda _: None) as stream, saving(stream._url, tmp_path / "seen.rrd"):
+        beside = Beside(NoFigures(), Afterwards(), stream, realtime=1.0)
+        finished = execute(made, tmp_path / "r", lambda _: None, beside)
+        expected = values(tmp_path / "r" / "recording.rrd")
+        deadline = time.monotonic() + 20
+        while not (seen := values(tmp_path / "seen.rrd")).get("/signals/plant/state/x", {}).get(20):
+            assert time.monotonic() < deadline, "the last tick did not arrive"
+            time.sleep(0.2)
+    assert finished.notes == ()
+    assert seen["/signals/plant/state/x"] == expected["/signals/plant/state/x"]
+    assert {e for e in expected if e.startswith(("/signals", "/world"))} <= seen.keys()
