@@ -57,6 +57,11 @@ class Archive:
         """The interface type that is used, with its capabilities: Co-Simulation where there is a choice."""
         return self.description.coSimulation or self.description.modelExchange
 
+    @property
+    def only_once(self) -> bool:
+        """Whether a process can hold no more than one instance."""
+        return bool(self.kind.canBeInstantiatedOnlyOncePerProcess)
+
 
 def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:
     """Read an FMU's description. Raises `RequestError` when it is none, or none that can run here.

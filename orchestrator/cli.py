@@ -48,6 +48,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     algorithm: run_options.MasterAlgorithm = None,
     solve_loops: run_options.SolveLoops = False,  # noqa: FBT002
     lenient: run_options.Lenient = False,  # noqa: FBT002
+    isolate: run_options.Isolate = None,
     folder: run_options.Out = None,
     record: run_options.Record = None,
     live: run_options.Live = False,  # noqa: FBT002
@@ -79,6 +80,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
                 algorithm=algorithm,
                 solve_loops=solve_loops,
                 lenient=lenient,
+                isolate=isolate or [],
             )
             wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
             loaded = load(scenario, options, progress)

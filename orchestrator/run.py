@@ -11,6 +11,7 @@ from typing import Any
 from components.interfaces.problem import refuse
 from orchestrator import recorder, ssp_reader
 from orchestrator.drawing import FigureProcess
+from orchestrator.isolation import isolated
 from orchestrator.live import Live
 from orchestrator.log import EVERYTHING, paces
 from orchestrator.master import Simulation, SimulationError
@@ -43,6 +44,10 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
 
     A scenario by name or file, a system in an `.ssp` file, the system of a former run, or a single FMU.
     """
+    return isolated(_asked_for(request, options, progress), options.isolate)
+
+
+def _asked_for(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
     path = Path(request)
     if path.is_dir():
         if not recorder.is_run(path):

@@ -44,6 +44,13 @@ SolveLoops: TypeAlias = Annotated[
 Lenient: TypeAlias = Annotated[
     bool, typer.Option("--lenient", help="Run files though they break rules of FMI or SSP; notes say which.")
 ]
+Isolate: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="UNIT[:SECONDS]",
+        help="Run an FMU in a process of its own: one that dies or hangs ends the run in order. Repeatable.",
+    ),
+]
 Out: TypeAlias = Annotated[
     Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
 ]

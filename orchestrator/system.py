@@ -64,12 +64,14 @@ class InProcess:
 class Fmu:
     """An FMU file, with the parameter values that differ from its own start values.
 
-    `lenient` runs a file though it breaks rules of FMI; `archive.remarks` says which.
+    `lenient` runs a file though it breaks rules of FMI; `archive.remarks` says which. `isolated` runs it in a process
+    of its own, and gives the time [s] that one of its calls may take.
     """
 
     path: Path
     parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
     lenient: bool = False
+    isolated: float | None = None
 
     @cached_property
     def archive(self) -> Archive:
@@ -83,7 +85,11 @@ class Fmu:
 
     def make(self, name: str) -> Unit:
         """The running unit."""
-        return fmu_unit(name, self.archive)
+        if self.isolated is None:
+            return fmu_unit(name, self.archive)
+        from fmus.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only who asks for it needs it
+
+        return IsolatedUnit(name, self.archive, self.parameters, lenient=self.lenient, patience=self.isolated)
 
 
 def block_source(value: Block[Any, Any, Any]) -> InProcess:
@@ -167,12 +173,12 @@ def _instance_problems(system: System) -> Iterator[Problem]:
     """Units of one FMU that a process can hold only once."""
     once: dict[Path, str] = {}
     for name, source in system.units.items():
-        if isinstance(source, Fmu) and source.archive.kind.canBeInstantiatedOnlyOncePerProcess:
+        if isinstance(source, Fmu) and source.isolated is None and source.archive.only_once:
             other = once.setdefault(source.archive.path.resolve(), name)
             if other != name:
                 found = f"{source.path}, which `{other}` runs too"
                 valid = "an FMU that can be instantiated more than once per process"
-                yield Problem(f"unit `{name}`", found, valid, "Copies of the file count as other FMUs.")
+                yield Problem(f"unit `{name}`", found, valid, "Run one of them in a process of its own.")
 
 
 def _step_problems(system: System) -> Iterator[Problem]:

@@ -245,11 +245,12 @@ def test_an_fmu_that_a_process_holds_once_is_not_used_twice(good, tmp_path, vers
     once = 'modelIdentifier="m" canBeInstantiatedOnlyOncePerProcess="true"'
     path = changed(good, tmp_path, version, TEXT[version].replace('modelIdentifier="m"', once))
     assert len(rows(path)) == 2
+    assert len(simulate(System({"a": Fmu(path), "b": Fmu(path, isolated=30.0)}, {}), h=0.1, until=0.1)) == 2
     with pytest.raises(RequestError) as error:
         System({"a": Fmu(path), "b": Fmu(path)}, {})
     assert str(error.value) == (
         f"unit `b`: found {path}, which `a` runs too; valid: an FMU that can be instantiated more than once per"
-        " process. Copies of the file count as other FMUs."
+        " process. Run one of them in a process of its own."
     )
 
 

@@ -1,0 +1,113 @@
+"""FMUs in processes of their own: the same numbers as in this one, and a message where they die or hang."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from components.interfaces.problem import RequestError
+from fmus.version import Version
+from orchestrator.master import Simulation, SimulationError, simulate
+from orchestrator.system import Fmu, System
+from tests.fmus.foreign import description3, library, pack
+from tests.fmus.test_ports import VALUES, echo3, held
+
+Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
+OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
+
+
+@pytest.fixture(scope="module")
+def echo(tmp_path_factory):
+    return echo3(tmp_path_factory)
+
+
+def made(folder, source):
+    return pack(folder / "m.fmu", Version.FMI3, description3(Y, OUTPUT), library(folder, Version.FMI3, source))
+
+
+def failing(path, patience=30.0):
+    """What ends a run of 10 steps, and how many rows are left."""
+    system = System({"m": Fmu(path, isolated=patience)}, {})
+    with Simulation(system, h=0.1, until=1.0) as simulation:
+        with pytest.raises(SimulationError) as error:
+            simulation.run()
+        return str(error.value), len(simulation.frame())
+
+
+def test_values_of_every_type_cross_the_border(echo):
+    units = {"a": Fmu(echo, {"n": 3}, isolated=30.0), "b": Fmu(echo, {"n": 3})}
+    system = System(units, {"b.u": "a.y"}, held=held(n=3))
+    with Simulation(system, h=0.1, until=0.3) as simulation:
+        for tick in simulation:
+            if tick.tick == 1:
+                simulation.write("a.u.Int16", 12)
+                simulation.write("a.u.String", "other")
+        expected = held("b", n=3) | {"b.u.Int16": 12, "b.u.String": "other"}
+        for path, value in expected.items():
+            assert np.array_equal(simulation.read(path.replace(".u.", ".y.")), value), path
+    assert len(VALUES) == 14
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_system_of_isolated_fmus_runs_as_in_one_process(built_fmus, version):
+    def run(patience):
+        files = {n: built_fmus / f"fmi{version}" / f"{n}.fmu" for n in ("bicycle", "stanley", "ramp_traffic")}
+        units = {
+            "plant": Fmu(files["bicycle"], isolated=patience),
+            "controller": Fmu(files["stanley"], isolated=patience),
+            "traffic": Fmu(files["ramp_traffic"]),
+        }
+        wiring = {"plant.actuation": "controller.actuation", "traffic.ego": "plant.state"}
+        wiring |= {"controller.ego": "plant.state", "controller.obstacles": "traffic.obstacles"}
+        return simulate(System(units, wiring), h=0.1, until=2.0)
+
+    assert run(30.0).equals(run(None))
+
+
+def test_a_process_that_dies_ends_the_run_with_all_rows(tmp_path):
+    path = made(tmp_path, '#define STATUS (t > 0.25 ? *(volatile int *)8 : 0)\n#include "echo3.c"')
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `step` (SIGSEGV)", 4)
+
+
+def test_a_process_that_ends_itself_is_told_too(tmp_path):
+    path = made(tmp_path, '#define STATUS (t > 0.25 ? (exit(7), 0) : 0)\n#include "echo3.c"')
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `step` (exit code 7)", 4)
+
+
+def test_a_process_that_hangs_is_ended(tmp_path):
+    path = made(tmp_path, '#include <unistd.h>\n#define STATUS (t > 0.25 ? sleep(100) : 0)\n#include "echo3.c"')
+    began = time.monotonic()
+    found = "tick 3 (t = 0.3 s), unit `m`: no answer to `step` within 0.3 s; its process has been ended"
+    assert failing(path, 0.3) == (found, 4)
+    assert time.monotonic() - began < 10
+
+
+def test_errors_come_with_what_the_fmu_says(tmp_path):
+    path = made(tmp_path, '#define STATUS (t > 0.25 ? fmi3Error : 0)\n#include "echo3.c"')
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: returned an error", 4)
+
+
+def test_what_cannot_be_instantiated_is_refused_as_in_this_process(tmp_path):
+    text = description3(Y, OUTPUT, guid="other")
+    path = pack(tmp_path / "m.fmu", Version.FMI3, text, library(tmp_path, Version.FMI3, '#include "echo3.c"'))
+    with pytest.raises(RequestError) as error:
+        simulate(System({"m": Fmu(path, isolated=30.0)}, {}), h=0.1, until=0.1)
+    assert 'refuses to make an instance (the token is "g")' in str(error.value)
+
+
+def open_files():
+    return {p.name for p in Path("/proc/self/fd").iterdir()}
+
+
+def test_nothing_stays_behind(tmp_path, monkeypatch):
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(place))
+    before = open_files()
+    path = made(tmp_path, '#define STATUS (t > 0.25 ? *(volatile int *)8 : 0)\n#include "echo3.c"')
+    failing(path)
+    assert list(Path(place).iterdir()) == []
+    assert len(open_files() - before) <= 1
