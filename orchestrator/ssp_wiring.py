@@ -77,6 +77,7 @@ class Wiring:
             lengths = " x ".join(map(str, place.shape))
             valid = f"an element of {lengths}" if place.shape else "no element: it is a scalar"
             self._findings.wrong(wire.step.where, told, valid)
+            return place.at
         return place.at or at
 
     def drivers(self, part: Part, place: Place) -> list[Driver]:
