@@ -125,12 +125,13 @@ def test_the_web_viewer_shows_the_same_in_the_light_theme(static, tmp_path):
             )
             with Chromium(tmp_path / "profile") as browser:
                 browser.open(f"{url}&theme=light&renderer=webgl")
-                wanted = {"bird's eye": (palette.EGO, palette.PATH, palette.EDGE), "did": ANSWERS["did"]}
+                wanted = {view: colours for view, colours in ANSWERS.items() if view != "modes"}
+                wanted |= {"bird's eye": (palette.EGO, palette.PATH, palette.EDGE), "friction": (palette.LIMIT,)}
                 picture = browser.picture(until=lambda found: not _missing(found, wanted), seconds=120)
         finally:
             process.terminate()
     assert _missing(picture, wanted) == []
-    assert _missing(picture, {"did": ((255, 255, 255),), "hard": ANSWERS["hard"], "fast": ANSWERS["fast"]}) == []
+    assert _missing(picture, {"did": ((255, 255, 255),)}) == [], "the ground is not light"
 
 
 def _listening(pid):
