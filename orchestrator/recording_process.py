@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import traceback
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -217,7 +218,12 @@ def _waiting(messages: queue.SimpleQueue[Any]) -> list[Any]:
 
 
 if __name__ == "__main__":
-    main(sys.stdin.buffer)
-    # a viewer that hangs holds threads of Rerun; everything is written by now
+    code = 0
+    try:
+        main(sys.stdin.buffer)
+    except Exception:  # noqa: BLE001 - the other side tells
+        traceback.print_exc()
+        code = 1
+    # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
     sys.stderr.flush()
-    os._exit(0)
+    os._exit(code)

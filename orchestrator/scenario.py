@@ -328,6 +328,9 @@ def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS
     return found
 
 
+_RECORD = "PATTERN or PATTERN:N, N a whole number of ticks"
+
+
 def parse_record(texts: Sequence[str]) -> dict[str, int]:
     """`plant.*` for every tick, `controller.plan.*:10` for every tenth; later ones win. Raises `RequestError`."""
     found: dict[str, int] = {}
@@ -339,7 +342,7 @@ def parse_record(texts: Sequence[str]) -> dict[str, int]:
         elif pattern and every.isdecimal():
             found[pattern] = int(every)
         else:
-            problems.append(Problem(f"--record {text}", "something else", "PATTERN or PATTERN:N", "Try plant.*:10."))
+            problems.append(Problem(f"--record {text}", "something else", _RECORD, "Try plant.*:10."))
     raise_if_any(problems)
     return found
 

@@ -26,6 +26,9 @@ class NoRecording(nullcontext):
     def begin(self, *_):
         pass
 
+    def wait_until_open(self):
+        pass
+
     def end(self, *_):
         pass
 
@@ -250,3 +253,26 @@ def test_a_run_that_was_cut_short_is_repeated_with_a_note(macrostep, in_tmp_path
     macrostep("run", "idle", "--blocks", "--out", "r")
     (in_tmp_path / "r" / "summary.json").unlink()
     assert "note: that run was cut short" in macrostep("run", "r", "--out", "again")[2]
+
+
+@NO_PICTURES
+def test_a_run_that_keeps_pace_says_how_well(macrostep):
+    code, out, _ = macrostep("run", "idle", "--blocks", "--stop-time", 0.2, "--realtime", 4)
+    assert code == 0
+    assert ", at 4 x real time (" in out
+    code, _, err = macrostep("run", "idle", "--blocks", "--realtime", 0)
+    assert (code, "--realtime: found 0; valid: a positive number" in err) == (2, True)
+
+
+@NO_PICTURES
+def test_a_choice_of_what_is_recorded_is_kept_and_repeated(macrostep, in_tmp_path):
+    code, _, err = macrostep("run", "static", "--blocks", "--out", "a", "--record", "plant.state.*", "--stop-time", 1.0)
+    assert code == 0
+    assert "note: not every signal is recorded at every tick; what is computed from it is left out" in err
+    assert macrostep("run", "a", "--out", "b")[0] == 0
+    first, second = pd.read_parquet("a/signals.parquet"), pd.read_parquet("b/signals.parquet")
+    assert list(first) == ["time", *(f"plant.state.{name}" for name in ("x", "y", "psi", "v_x", "v_y", "r"))]
+    assert first.equals(second)
+    code, _, err = macrostep("run", "static", "--blocks", "--out", "c", "--record", "plant.stat")
+    assert (code, "record plant.stat: found a pattern that no signal fits" in err) == (2, True)
+    assert not (in_tmp_path / "c").exists()

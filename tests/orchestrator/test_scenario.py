@@ -146,3 +146,21 @@ def test_step_and_stop_time_can_be_given():
     made = prepare("static", Options(mode="blocks", step=0.05, stop_time=2.0))
     assert (made.h, made.until) == (0.05, 2.0)
     assert made.sources["experiment.step"] == {"value": 0.05, "unit": "s", "source": "--step"}
+
+
+def test_what_is_recorded_stands_in_the_scenario_and_options_replace_it(tmp_path):
+    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    path = tmp_path / "mine.toml"
+    path.write_text(text + '\n[record]\n"*" = 1\n"controller.plan.*" = 10\n')
+    assert prepare(str(path), BLOCKS_ONLY).record == {"*": 1, "controller.plan.*": 10}
+    chosen = Options(mode="blocks", record=["plant.*", "controller.*:5"])
+    assert prepare(str(path), chosen).record == {"plant.*": 1, "controller.*": 5}
+    assert prepare("static", BLOCKS_ONLY).record == {"*": 1}
+    path.write_text(text + '\n[record]\n"*" = -1\n')
+    assert wrong(str(path)) == [f"{path}: record.*: found `-1`; valid: greater than or equal to 0"]
+
+
+@pytest.mark.parametrize("text", ["plant.*:often", ":3", "plant.*:-1", "plant.*:"])
+def test_a_pattern_without_a_whole_number_of_ticks_is_told(text):
+    valid = "PATTERN or PATTERN:N, N a whole number of ticks. Try plant.*:10."
+    assert wrong("static", record=[text]) == [f"--record {text}: found something else; valid: {valid}"]

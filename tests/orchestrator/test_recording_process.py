@@ -1,0 +1,97 @@
+"""The process that records: when it begins, when its run dies, when nothing is asked of it."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+import time
+
+import pytest
+from rerun.chunk import RrdReader
+
+from orchestrator import recorder
+from orchestrator.master import Simulation
+from orchestrator.recording_process import RecordingProcess, Request, Rows
+from orchestrator.scenario import Options, prepare
+
+pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
+
+
+@pytest.fixture(scope="module")
+def static():
+    return prepare("static", Options(mode="blocks", stop_time=2.0))
+
+
+@pytest.fixture
+def simulation(static, tmp_path):
+    recorder.write_system(static, tmp_path)
+    with Simulation(static.system, h=static.h, until=static.until) as made:
+        yield made
+
+
+def request(simulation, folder):
+    return Request(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
+
+
+def read(folder):
+    """How many ticks were recorded, and what is said about the run."""
+    ticks, said = 0, ""
+    for chunk in RrdReader(folder / "recording.rrd").stream():
+        if chunk.entity_path == "/signals/plant/state/x" and not chunk.is_static:
+            ticks += chunk.num_rows
+        if chunk.entity_path == "/about":
+            said = str(chunk.to_record_batch().column("TextDocument:text").to_pylist()[-1])
+    return ticks, said
+
+
+def test_rows_are_recorded_while_the_simulation_steps(simulation, tmp_path):
+    with RecordingProcess(0.05) as process:
+        process.begin(request(simulation, tmp_path), simulation)
+        process.wait_until_open()
+        for _ in range(10):
+            simulation.step()
+        deadline = time.monotonic() + 30
+        while read(tmp_path)[0] < 10:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        simulation.run()
+        process.end({"status": "finished"})
+        assert process.wait() == ""
+    ticks, said = read(tmp_path)
+    assert ticks == 21
+    assert "finished" in said
+    assert not (tmp_path / ".recording.rrd").exists()
+
+
+def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
+    simulation.run()
+    command = [sys.executable, "-m", "orchestrator.recording_process"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        pickle.dump(request(simulation, tmp_path), process.stdin)
+        batches = simulation.log.batches(0, 15, simulation.step_times)
+        process.stdin.write(pickle.dumps(Rows(batches)))
+        process.stdin.write(pickle.dumps(Rows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
+        process.stdin.close()  # in the middle of a message
+        assert process.wait(60) == 0
+    ticks, said = read(tmp_path)
+    assert ticks == 15
+    assert "cut short" in said
+
+
+def test_a_process_of_which_nothing_was_asked_is_gone_at_once():
+    with RecordingProcess() as process:
+        pid = process._process
+    assert pid.returncode is not None
+    assert process.wait() == ""
+
+
+def test_a_process_that_takes_too_long_is_ended_and_one_that_fails_says_why(simulation, tmp_path):
+    with RecordingProcess() as process:
+        process.begin(request(simulation, tmp_path), simulation)
+        process.end({})
+        assert process.wait(0.0) == "not finished within 0 s"
+    with RecordingProcess() as process:
+        process.begin(Request(tmp_path / "nowhere", tmp_path / "x.rrd", [], {}), simulation)
+        process.end({})
+        assert "nowhere/system.ssp: found no such file" in process.wait()
