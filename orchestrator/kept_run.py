@@ -8,16 +8,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from components.interfaces.problem import Problem, refuse
-from orchestrator import recorder, ssp_reader
-from orchestrator.pictures import Signal, signals
-from orchestrator.scenario import Scenario
 
-RECORDING, SIGNALS = "recording.rrd", "signals.parquet"
+if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
+    from orchestrator.pictures import Signal
+    from orchestrator.scenario import Scenario
+
+RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
 _VALID = "a run folder, or an .rrd file"
 _REMEDY = "Make a run: macrostep run static"
 
@@ -41,19 +40,23 @@ class KeptRun:
         """The system and the experiment, from `system.ssp`. Raises `RequestError`."""
         if self.folder is None:
             raise refuse(self.where, "a recording on its own", "a run folder", "Its system.ssp says what was recorded.")
-        return ssp_reader.read(self.folder / "system.ssp")
+        from orchestrator import ssp_reader  # noqa: PLC0415
+
+        return ssp_reader.read(self.folder / SYSTEM)
 
     @cached_property
     def summary(self) -> Mapping[str, Any]:
         """What `summary.json` tells; empty for a run that was cut short."""
         try:
-            return json.loads(((self.folder or Path()) / recorder.SUMMARY).read_text(encoding="utf-8"))
+            return json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
 
     @cached_property
     def signals(self) -> list[Signal]:
         """All signals of the system."""
+        from orchestrator.pictures import signals  # noqa: PLC0415
+
         return signals(self.scenario.system)
 
     @property
@@ -71,13 +74,13 @@ def find(request: Path) -> KeptRun | Problem:
         return Problem(where, "no such file or folder", _VALID, _REMEDY)
     if not _begins_as_recording(request):
         return Problem(where, "a file that is no recording", _VALID, _REMEDY)
-    return KeptRun(where, request.parent if recorder.is_run(request.parent) else None, request)
+    return KeptRun(where, request.parent if _is_run(request.parent) else None, request)
 
 
 def _in_folder(folder: Path) -> KeptRun | Problem:
     path = folder / RECORDING
     recording = path if path.is_file() else None
-    run = KeptRun(str(folder), folder if recorder.is_run(folder) else None, recording)
+    run = KeptRun(str(folder), folder if _is_run(folder) else None, recording)
     if recording is None and not run.has_rows:
         what = f"a run without {RECORDING} and {SIGNALS}" if run.folder else f"a folder without {RECORDING}"
         return Problem(run.where, what, _VALID, "Run it again." if run.folder else _REMEDY)
@@ -114,6 +117,8 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
 
         frame = pd.read_parquet(run.folder / SIGNALS)
         return {str(name): frame[name].to_numpy() for name in frame}
+    import numpy as np  # noqa: PLC0415
+
     from orchestrator.rerun_stream import read_series  # noqa: PLC0415 - Rerun is slow to import
 
     series = read_series(whole_recording(run, scratch, tell))
@@ -124,6 +129,10 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
         if found is not None and np.array_equal(found[0], ticks):
             columns |= dict(zip(signal.columns, found[1].T, strict=True))
     return columns
+
+
+def _is_run(folder: Path) -> bool:
+    return (folder / SYSTEM).is_file()
 
 
 def _begins_as_recording(path: Path) -> bool:
