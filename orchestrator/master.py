@@ -106,6 +106,8 @@ class Simulation:
             initialise(self.system, self.schedule, self._units, self._table, self._checked)
             for unit in self._units.values():
                 unit.exit_initialization()
+                for function in unit.getters():  # events at the start may have changed what is shown
+                    self._checked(unit, function())
         except UnitError as fault:
             raise SimulationError(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
 
