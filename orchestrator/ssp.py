@@ -108,9 +108,11 @@ def _description(scenario: Scenario) -> Element:
     quantities: list[Quantity] = []
     for name in system.units:
         quantities += _component(elements, scenario, name, old=old)
-    wires = add(top, SSD, "Connections") if system.connections else None
+    wires = add(top, SSD, "Connections") if system.connections or system.clock_connections else None
     for wire in system.connections:
         _connection(wires, system, wire, old=old)
+    for wire in system.clock_connections:
+        _wire(wires, wire, wire.output, wire.input)
     add_enumerations(root, quantities)
     add_units(root, quantities)
     _experiment(root, scenario)
@@ -129,15 +131,7 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
     if old and wire.input_element is not None:
         ends = [ends[wire.input_element.at]]
     for start, end in zip(starts, ends, strict=True):
-        made = add(
-            parent,
-            SSD,
-            "Connection",
-            startElement=wire.source,
-            startConnector=start,
-            endElement=wire.unit,
-            endConnector=end,
-        )
+        made = _wire(parent, wire, start, end)
         if not old:
             for side, element in (("start", wire.output_element), ("end", wire.input_element)):
                 if element is not None:
@@ -145,6 +139,11 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
         if wire.conversion != IDENTITY or wire.target in system.unconverted:
             made.set("suppressUnitConversion", "true")
             _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
+
+
+def _wire(parent: Element, wire: Connection, start: str, end: str) -> Element:
+    ends = {"startElement": wire.source, "startConnector": start, "endElement": wire.unit, "endConnector": end}
+    return add(parent, SSD, "Connection", **ends)
 
 
 def _transformation(parent: Element, transformation: Transformation, q: Quantity) -> None:
@@ -243,11 +242,20 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
                 _type(connector, SSC, variable.quantity, old=old)
                 if not old:
                     _dimensions(connector, variable)
+    _clocks(connectors, system, name)
     bindings = add(component, SSD, "ParameterBindings")
     add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
     if system.steps.get(name, 1) > 1:
         _osp(component, "StepSizeHint", value=repr(float(system.steps[name] * Fraction(repr(scenario.h)))))
     return [v.quantity for variables in shown.values() for v in variables]
+
+
+def _clocks(connectors: Element, system: System, name: str) -> None:
+    """Connectors of a unit's clocks that are connected."""
+    connected = {end for wire in system.clock_connections for end in (wire.origin, wire.target)}
+    for clock in system.units[name].interface.clocks:
+        if f"{name}.{clock.name}" in connected:
+            add(add(connectors, SSD, "Connector", name=clock.name, kind=clock.causality), SSC, "Clock")
 
 
 def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from orchestrator.ssp_parameters import Value, Values
 from orchestrator.ssp_parts import Part, Place
 from orchestrator.ssp_types import Declared, Step
 from orchestrator.ssp_wiring import Driver, Wiring
+
+_FEW: Final = 4
+"""Elements of an array that a remark shows"""
 
 _Piece: TypeAlias = tuple[Index, Value, tuple[Step, ...]]
 """An element, or all of a variable; a value for it; and what happens to that"""
@@ -102,7 +105,7 @@ class Assembly:
         if start is not None:
             self.held[path] = start.tolist() if isinstance(start, np.ndarray) else start
             if not partly:
-                self.left.append(f"{path} = {self.held[path]}")
+                self.left.append(f"{path} = {_short(self.held[path])}")
 
     def parameters(self, part: Part, only: tuple[str, ...] | None = None) -> dict[str, tuple[Any, Value]]:
         """The values that a unit's parameters get, and where each comes from; those that are connected count last."""
@@ -193,6 +196,13 @@ def _indices(variable: Variable) -> list[tuple[int, ...]]:
 
 def _element(variable: Variable, at: Index) -> str:
     return variable.elements[_indices(variable).index(at)] if at else variable.name
+
+
+def _short(value: Any) -> str:
+    """A value as a person reads it; of long arrays the beginning."""
+    items = np.ravel(np.array(value, dtype=object)).tolist() if isinstance(value, list) else [value]
+    told = ", ".join(str(item) for item in items[:_FEW]) + (", ..." if len(items) > _FEW else "")
+    return f"[{told}]" if isinstance(value, list) else told
 
 
 def _objects(value: Any, shape: tuple[int, ...]) -> NDArray[Any]:

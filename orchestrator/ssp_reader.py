@@ -42,6 +42,9 @@ from orchestrator.system import Source, System
 STEP: Final = 0.1
 """[s] Macro step of an SSP that says none; SSP itself has no place for it"""
 
+_MANY: Final = 12
+"""Inputs that a remark names"""
+
 Settings = Mapping[str, Sequence[Setting]]
 
 
@@ -83,7 +86,8 @@ def read(
         raise RequestError(dict.fromkeys(findings.problems))
     left = [told for told in assembly.left if told.partition(" = ")[0] not in (notes or {}).get("held", {})]
     if left:
-        findings.remarks.append(f"inputs that nothing drives keep their start values: {', '.join(left)}")
+        more = f" and {len(left) - _MANY} others" if len(left) > _MANY else ""
+        findings.remarks.append(f"inputs that nothing drives keep their start values: {', '.join(left[:_MANY])}{more}")
     top = document.root.find("ssd:System", NS)
     name = document.root.get("name", "")
     return Scenario(

@@ -17,6 +17,7 @@ from orchestrator.master import Simulation, simulate
 from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
 from orchestrator.system import Fmu, System
+from tests.fmus.foreign import C, description3, library, pack
 from tests.orchestrator.ssps import (
     SPACES,
     binding,
@@ -327,3 +328,38 @@ def test_a_system_read_is_stepped_like_any_other(plain, tmp_path):
         simulation.write("a.u", 7.0)
         simulation.run()
         assert simulation.read("a.y_u") == 7.0
+
+
+def test_ticks_of_clocks_are_handed_on_as_the_connections_say(tmp_path):
+    clocks = [
+        '<Clock name="beat" valueReference="15" causality="output" intervalVariability="triggered"/>',
+        '<Clock name="triggered" valueReference="14" causality="input" intervalVariability="triggered"/>',
+        '<Clock name="constant" valueReference="10" causality="input" intervalVariability="constant"'
+        ' intervalDecimal="0.25" shiftDecimal="0.05"/>',
+        '<Clock name="fixed" valueReference="11" causality="input" intervalVariability="fixed"/>',
+        '<Int32 name="n" valueReference="24" causality="output"/>',
+    ]
+    structure = ['<Output valueReference="15" dependencies=""/>', '<Output valueReference="24" dependencies=""/>']
+    interface = '<CoSimulation modelIdentifier="m" hasEventMode="true" canReturnEarlyAfterIntermediateUpdate="true"/>'
+    text = description3(clocks, structure, interface=interface)
+    binary = library(tmp_path / "made", Version.FMI3, (C / "clocked.c").read_text())
+    fmu = pack(tmp_path / "clocked.fmu", Version.FMI3, text, binary)
+    ports = (
+        '<ssd:Connectors><ssd:Connector name="beat" kind="output"><ssc:Clock/></ssd:Connector>'
+        '<ssd:Connector name="triggered" kind="input"><ssc:Clock/></ssd:Connector></ssd:Connectors>'
+    )
+    inner = system(
+        "inner",
+        component("b", "clocked.fmu", ports),
+        wire("tick", "b.triggered"),
+        '<ssd:Connectors><ssd:Connector name="tick" kind="input"><ssc:Clock/></ssd:Connector></ssd:Connectors>',
+    )
+    whole = body(inner + component("a", "clocked.fmu", ports), wire("a.beat", "inner.tick"))
+    path = write(tmp_path / "theirs.ssp", whole, {"resources/clocked.fmu": fmu}, version="2.0")
+    read = ssp_reader.read(path, stop_time=1.0)
+    assert [str(c) for c in read.system.clock_connections] == ["a.beat -> inner_b.triggered"]
+    ssp.write(read, tmp_path / "again.ssp")
+    for scenario in (read, ssp_reader.read(tmp_path / "again.ssp")):
+        frame = run(scenario, algorithm="clocked")
+        assert frame["a.n"].iloc[-1] == 0
+        assert frame["inner_b.n"].iloc[-1] == 4  # 0.05, 0.3, 0.55 and 0.8 s
