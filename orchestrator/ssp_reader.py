@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -66,28 +66,11 @@ def read(
     parts = open_parts(root, findings, ours=notes is not None)
     experiment = _experiment(document, notes, step, stop_time)
     units, assembly, sources = _units(root, parts, findings, settings or {})
-    held = assembly.held | _noted_inputs(notes, units)
-    sockets = _sockets(notes, units)
     scene, scene_sources = _scene(notes, (settings or {}).get("scene", ()), findings)
-    system: System | None = None
-    try:
-        system = System(
-            units=units,
-            wiring=assembly.wiring,
-            held=held,
-            sockets=sockets,
-            transformations=assembly.transformations,
-            unconverted=frozenset(assembly.unconverted),
-            steps=_steps(notes, parts, experiment),
-        )
-    except RequestError as error:
-        findings.problems += [problem_at(p, assembly.lines) for p in error.problems]
+    system = _system(units, assembly, notes, _steps(notes, parts, experiment))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    left = [told for told in assembly.left if told.partition(" = ")[0] not in (notes or {}).get("held", {})]
-    if left:
-        more = f" and {len(left) - _MANY} others" if len(left) > _MANY else ""
-        findings.remarks.append(f"inputs that nothing drives keep their start values: {', '.join(left[:_MANY])}{more}")
+    _tell_left(assembly, notes)
     top = document.root.find("ssd:System", NS)
     name = document.root.get("name", "")
     return Scenario(
@@ -101,6 +84,34 @@ def read(
         **_manner(notes or {}),
         remarks=(*findings.remarks, *experiment.remarks),
     )
+
+
+def _system(
+    units: Mapping[str, Source], assembly: Assembly, notes: Mapping[str, Any] | None, steps: Mapping[str, Fraction]
+) -> System | None:
+    """The system; None where it is wrong: the findings say why, with the places in the SSP."""
+    try:
+        return System(
+            units=units,
+            wiring=assembly.wiring,
+            held=assembly.held | _noted_inputs(notes, units),
+            sockets=_sockets(notes, units),
+            transformations=assembly.transformations,
+            unconverted=frozenset(assembly.unconverted),
+            steps=steps,
+        )
+    except RequestError as error:
+        assembly.findings.problems += [problem_at(p, assembly.lines) for p in error.problems]
+        return None
+
+
+def _tell_left(assembly: Assembly, notes: Mapping[str, Any] | None) -> None:
+    """One remark on the inputs that nothing drives or sets."""
+    left = [told for told in assembly.left if told.partition(" = ")[0] not in (notes or {}).get("held", {})]
+    if left:
+        more = f" and {len(left) - _MANY} others" if len(left) > _MANY else ""
+        told = f"inputs that nothing drives keep their start values: {', '.join(left[:_MANY])}{more}"
+        assembly.findings.remarks.append(told)
 
 
 def _description(path: Path, findings: Findings) -> Document | None:
@@ -119,10 +130,14 @@ def _notes(document: Document) -> dict[str, Any] | None:
     node = document.root.find(f".//{{{OURS}}}Scenario")
     if node is None or not node.text:
         return None
+    valid = "what macrostep wrote"
     try:
-        return json.loads(node.text)
+        notes: Any = json.loads(node.text)
     except ValueError as error:
-        raise refuse(document.at(node), f"an annotation that is no JSON ({error})", "what macrostep wrote") from error
+        raise refuse(document.at(node), f"an annotation that is no JSON ({error})", valid) from error
+    if not isinstance(notes, dict) or not {"step", "sockets"} <= notes.keys():
+        raise refuse(document.at(node), "an annotation without a step or sockets", valid)
+    return cast(dict[str, Any], notes)
 
 
 def _manner(notes: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from orchestrator import ssp, ssp_reader
 from orchestrator.master import simulate
+from orchestrator.ssp_archive import Findings
+from orchestrator.ssp_conversion import joined
+from orchestrator.ssp_types import Declared, Step
 from orchestrator.system import Fmu, System
 from tests.orchestrator.ssps import binding, bindings, body, component, connectors, echo, system, values, wire, write
 
@@ -138,14 +143,14 @@ def test_whole_numbers_and_booleans_are_mapped_and_the_rest_stays(fmus, tmp_path
     ports = ports.replace("</ssd:Connectors><ssd:Connectors>", "")
 
     def one(n, on):
-        given = bindings(binding(values(pn=("Integer", n, None), pon=("Boolean", on, None))))
+        made = bindings(binding(values(pn=("Integer", n, None), pon=("Boolean", on, None))))
         numbers = '<ssc:MapEntry source="3" target="30"/><ssc:MapEntry source="4" target="-4"/>'
         switched = '<ssc:MapEntry source="true" target="false"/><ssc:MapEntry source="false" target="true"/>'
         wires = wire("a.y_pn", "b.n", f"<ssc:IntegerMappingTransformation>{numbers}</ssc:IntegerMappingTransformation>")
         wires += wire(
             "a.y_pon", "b.on", f"<ssc:BooleanMappingTransformation>{switched}</ssc:BooleanMappingTransformation>"
         )
-        whole = body(component("a", "others.fmu", ports + given) + component("b", "others.fmu", ports), wires)
+        whole = body(component("a", "others.fmu", ports + made) + component("b", "others.fmu", ports), wires)
         path = write(tmp_path / "a.ssp", whole, fmus)
         return settled(path, "b.y_n"), settled(path, "b.y_on")
 
@@ -158,13 +163,13 @@ def test_items_of_one_enumeration_become_those_of_another(fmus, tmp_path):
         inside = f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Enumeration name="{items}"/></ssd:Connector>'
         return f"<ssd:Connectors>{inside}</ssd:Connectors>"
 
-    given = bindings(binding(values(g=("Enumeration", "high", None))))
+    made = bindings(binding(values(g=("Enumeration", "high", None))))
     named = '<ssc:MapEntry source="low" target="one"/><ssc:MapEntry source="high" target="two"/>'
     wires = wire(
         "a.y_g", "b.g", f"<ssc:EnumerationMappingTransformation>{named}</ssc:EnumerationMappingTransformation>"
     )
     whole = body(
-        component("a", "old.fmu", port("y_g", "output", "Old") + given)
+        component("a", "old.fmu", port("y_g", "output", "Old") + made)
         + component("b", "gear.fmu", port("g", "input", "Gear")),
         wires,
     )
@@ -177,3 +182,23 @@ def test_items_of_one_enumeration_become_those_of_another(fmus, tmp_path):
         "SystemStructure.ssd, line 6: parameter `g`: found `highest`; valid: high, low",
         "SystemStructure.ssd, line 12: a.y_g -> b.g: found the enumeration item `highest`; valid: low, high",
     ]
+
+
+SPEEDS = {"m/s": 1.0, "km/h": 1 / 3.6, "m/h": 1 / 3600, "km/s": 1000.0}
+hops = st.tuples(
+    st.sampled_from(["", *SPEEDS]), st.booleans(), st.none() | st.tuples(st.floats(-9, 9), st.floats(-9, 9))
+)
+
+
+@given(first=st.sampled_from(["", *SPEEDS]), way=st.lists(hops, max_size=5), x=st.floats(-100, 100))
+def test_all_steps_joined_are_the_steps_one_by_one(first, way, x):
+    findings, here, expected, steps = Findings(), first, x, []
+    for unit, as_it_is, change in way:
+        if here and unit and not as_it_is:
+            expected *= SPEEDS[here] / SPEEDS[unit]
+        expected = expected if change is None else change[0] * expected + change[1]
+        here = unit or ("" if as_it_is else here)
+        steps.append(Step("here", Linear(*change) if change else None, as_it_is, Declared("Real", unit or None)))
+    total = joined(Declared("Real", first or None), steps, findings)
+    assert findings.problems == []
+    assert total(x) == pytest.approx(expected, rel=1e-9, abs=1e-6)

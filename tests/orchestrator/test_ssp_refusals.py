@@ -352,3 +352,18 @@ def test_a_lenient_reader_uses_variables_that_no_connector_lists(tmp_path, files
                      "line 12: a.y_u -> b.u: found no connector `u` of `b`; valid: nothing"]  # fmt: skip
     lenient = ssp_reader.read(tmp_path / "theirs.ssp", lenient=True)
     assert [str(c) for c in lenient.system.connections] == ["a.y_u -> b.u"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("step", "an annotation that is no JSON (Expecting value: line 1 column 1 (char 0))"),
+        ("[1]", "an annotation without a step or sockets"),
+        ("{}", "an annotation without a step or sockets"),
+    ],
+)
+def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
+    note = f'<m:Scenario xmlns:m="urn:macrostep">{text}</m:Scenario>'
+    end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
+    end += f"{note}</ssc:Annotation></ssd:Annotations>"
+    assert read(tmp_path, files, body(A), end=end) == [f"line 12: found {found}; valid: what macrostep wrote"]
