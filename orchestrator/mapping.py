@@ -10,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 
 from components.interfaces.buses import SLOTS
-from components.interfaces.conventions import BoxEnd, Convention, ReferencePoint, RoadFrameVelocity, SpeedAndSlip
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.record import Variable
@@ -102,7 +101,11 @@ class _Fit:
             tuple(self.outputs),
             self.constants,
             held,
-            {bus: steps for bus in self.socket.buses if (steps := tuple(self._conventions(bus)))},
+            {
+                bus: steps
+                for bus in self.socket.buses
+                if (steps := tuple(self.relations.conventions(bus, self.mapping)))
+            },
             tuple(self.rates),
             tuple(self.integrated),
             self._passed_on(),
@@ -226,6 +229,9 @@ class _Fit:
         ego = [r for r in self.rows if r.role == "inputs" and r.signal.name.startswith("ego.")]
         blind = self.socket.name == "controller" and not any(r.theirs for r in ego)
         wanted = [r for r in self.rows if r.needed or (blind and r in ego)]
+        seen = any(r.theirs for r in self.rows if r.signal.name.startswith("obstacles."))
+        if self.socket.name == "controller" and not seen:
+            self.remarks.append(f"{self.name}: {self.file} does not see the obstacles")
         missing = [r for r in wanted if not (r.theirs or r.signal.name in given or r.note.endswith("does not fit"))]
         if missing:
             what = ", ".join(
@@ -277,21 +283,6 @@ class _Fit:
         for place in dict.fromkeys(p for p in places if places.count(p) > 1):
             self.problems.append(Problem(f"{self.name}: {place[0]} of {self.file}", "two signals that drive it", "one"))
         return {name for name, _ in places}
-
-    def _conventions(self, bus: str) -> Iterator[Convention]:
-        """From the FMU's way of giving a bus to ours, in this order."""
-        velocity = self.mapping.velocities.get(bus)
-        if velocity == "speed_and_slip":
-            yield SpeedAndSlip()
-        elif velocity == "road":
-            yield RoadFrameVelocity()
-        point, amount = self.mapping.references.get(bus, ("", None))
-        if amount is not None:
-            distance = self.relations.amount(f"{self.mapping.where}: {bus}.reference.distance", amount, "m")
-            if distance is not None:
-                yield ReferencePoint(-distance if point == "rear_axle" else distance)
-        elif point in {"rear_bumper", "front_bumper"}:
-            yield BoxEnd(-0.5 if point == "rear_bumper" else 0.5)
 
     def _passed_on(self) -> tuple[str, ...]:
         """Outputs that stand for no signal keep their own names, unless a signal of the socket has it."""

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from components.interfaces.block import Block
 from components.interfaces.conversion import unit_conversion
-from components.interfaces.problem import refuse
+from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity
+from components.interfaces.record import Variable
+from components.interfaces.sockets import SOCKETS
 from fmus.unit import Interface
-from orchestrator.mapped import Mapped
+from orchestrator.mapped import Mapped, fitted
 from orchestrator.mapping_file import MappingFile
 from orchestrator.mapping_reader import read_mapping
-from orchestrator.parameters import Given, Part
+from orchestrator.parameters import Given, Part, Setting, parameter_set, values_of
 from orchestrator.system import Fmu, Source
 
 WIRING: Final = {
@@ -28,6 +32,54 @@ WIRING: Final = {
 
 FOREIGN: Final = (".fmu", ".toml")
 """How the name of an FMU, or of its mapping file, ends"""
+
+
+@dataclass
+class Gathered:
+    """What the parts of a scenario give, what is wrong with it, and what is to be said."""
+
+    mappings: dict[str, MappingFile | None] = field(default_factory=dict[str, MappingFile | None])
+    values: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    sources: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
+    foreign: dict[str, Source] = field(default_factory=dict[str, Source])
+    problems: list[Problem] = field(default_factory=list[Problem])
+    remarks: list[str] = field(default_factory=list[str])
+
+    def of_block(self, socket: str, part: Part, kind: type[Block[Any, Any, Any]], settings: Sequence[Setting]) -> None:
+        """The parameters of a block."""
+        defaults = parameter_set(kind.name)
+        self.values[socket], found = values_of(socket, kind.parameters(), defaults, part.parameters, settings)
+        self.problems += found
+        given = {**defaults, **part.parameters}
+        self.sources |= sources_of(socket, kind.parameters(), self.values[socket], given, settings)
+
+    def of_fmu(self, socket: str, part: Part, settings: Sequence[Setting], *, lenient: bool) -> None:
+        """The parameters of an FMU, in its own units, and how it fills its socket."""
+        path = Path(part.fmu or "")
+        archive = Fmu(path, lenient=lenient).archive
+        self.remarks += [f"{socket}: {path.name}: {told}" for told in archive.remarks]
+        part = in_their_units(part, archive.interface)
+        declared = archive.interface.parameters
+        values, found = values_of(socket, declared, {}, part.parameters, settings)
+        fmu = Fmu(path, {} if found else values, lenient)
+        self.foreign[socket], wrong, told = fitted(socket, SOCKETS[socket], fmu, self.mappings.get(socket))
+        self.problems += [*found, *wrong]
+        self.remarks += told
+        self.values[socket] = values
+        self.sources |= sources_of(socket, declared, values, part.parameters, settings)
+
+
+def sources_of(
+    where: str,
+    declared: Sequence[Variable],
+    values: Mapping[str, Any],
+    given: Mapping[str, Given],
+    settings: Sequence[Setting],
+) -> dict[str, Mapping[str, Any]]:
+    """Value, unit and source of each parameter of a unit, by full path."""
+    units = {v.name: v.quantity.unit for v in declared}
+    origin = {name: g.source for name, g in given.items()} | {s.name: "--set" for s in settings}
+    return {f"{where}.{n}": {"value": v, "unit": units[n], "source": origin[n]} for n, v in values.items()}
 
 
 def wiring_of(units: Mapping[str, Source]) -> dict[str, str]:

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from components.interfaces.conventions import LEFTWARD
+from components.interfaces.conventions import (
+    LEFTWARD,
+    BoxEnd,
+    Convention,
+    ReferencePoint,
+    RoadFrameVelocity,
+    SpeedAndSlip,
+)
 from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.quantity import Quantity, Type
@@ -16,7 +23,7 @@ from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, describe
 from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
 from fmus.adaptation import Link, Place, RateInput
-from orchestrator.mapping_file import Amount, Entry
+from orchestrator.mapping_file import Amount, Entry, MappingFile
 
 ROLE_UNITS: Final[Mapping[str, str]] = {
     "steering_wheel_angle": "rad",
@@ -159,6 +166,21 @@ class Relations:
             self.problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
             return None
         return value
+
+    def conventions(self, bus: str, mapping: MappingFile) -> Iterator[Convention]:
+        """From the FMU's way of giving a bus to ours, in this order."""
+        velocity = mapping.velocities.get(bus)
+        if velocity == "speed_and_slip":
+            yield SpeedAndSlip()
+        elif velocity == "road":
+            yield RoadFrameVelocity()
+        point, amount = mapping.references.get(bus, ("", None))
+        if amount is not None:
+            distance = self.amount(f"{mapping.where}: {bus}.reference.distance", amount, "m")
+            if distance is not None:
+                yield ReferencePoint(-distance if point == "rear_axle" else distance)
+        elif point in {"rear_bumper", "front_bumper"}:
+            yield BoxEnd(-0.5 if point == "rear_bumper" else 0.5)
 
     def limit(self, key: str, name: str, entry: Entry, theirs: Quantity) -> float | None:
         """A limit in the unit of the variable."""

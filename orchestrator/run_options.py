@@ -19,9 +19,11 @@ class Fmi(StrEnum):
 Request: TypeAlias = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file or a run folder.")
 ]
-Plant: TypeAlias = Annotated[str | None, typer.Option(help="Another plant: a block or FILE.fmu.")]
-Traffic: TypeAlias = Annotated[str | None, typer.Option(help="Other traffic: a block or FILE.fmu.")]
-Controller: TypeAlias = Annotated[str | None, typer.Option(help="Another controller: a block or FILE.fmu.")]
+Plant: TypeAlias = Annotated[
+    str | None, typer.Option(help="Another plant: a block, FILE.fmu, or the FILE.toml that maps one.")
+]
+Traffic: TypeAlias = Annotated[str | None, typer.Option(help="Other traffic, likewise.")]
+Controller: TypeAlias = Annotated[str | None, typer.Option(help="Another controller, likewise.")]
 Settings: TypeAlias = Annotated[
     list[str] | None, typer.Option("--set", help="Change a parameter: `controller.b_3=1e-2`. Repeatable.")
 ]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -14,14 +12,12 @@ import fmus
 from components import BLOCKS, EXTRAS
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
-from components.interfaces.record import Variable, variables
+from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
 from fmus.build import build_all
 from fmus.modelica.build import build_modelica, is_modelica
 from fmus.version import Version
 from orchestrator.log import EVERYTHING, Choice
-from orchestrator.mapped import fitted
-from orchestrator.mapping_file import MappingFile
 from orchestrator.parameters import (
     SCENARIOS,
     Given,
@@ -33,9 +29,10 @@ from orchestrator.parameters import (
     read_toml,
     values_of,
 )
-from orchestrator.parts import FOREIGN, chosen_fmu, foreign_part, in_their_units, located, wiring_of
+from orchestrator.parts import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
 from orchestrator.scene import Scene
 from orchestrator.schedule import Algorithm, algorithm_named
+from orchestrator.settings import parse_record, parse_settings
 from orchestrator.system import Fmu, InProcess, Source, System
 
 Mode = Literal["blocks"] | Version
@@ -157,45 +154,19 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     """Read a scenario, apply the options, build the FMUs it needs, and check everything. Raises `RequestError`."""
     name, content = read(request)
     settings = parse_settings(options.settings)
-    remarks: list[str] = []
-    parts: dict[str, Part] = {}
-    mappings: dict[str, MappingFile | None] = {}
-    for socket in SOCKETS:
-        part, wanted = located(getattr(content, socket), request), options.replacements.get(socket)
-        if wanted is not None:
-            wanted = _as_fmu(wanted, socket, options.mode, progress)
-        elif part.fmu is not None:
-            part = part.model_copy(update={"fmu": _as_fmu(part.fmu, socket, options.mode, progress)})
-        parts[socket], mappings[socket] = foreign_part(
-            _replaced(socket, part, wanted, remarks, lenient=options.lenient), socket
-        )
+    parts, gathered = _parts(request, content, options, progress)
     kinds = {s: block_named(p.block, f"{name}: {s}.block", s) for s, p in parts.items() if p.block is not None}
-
-    problems: list[Problem] = []
-    sources: dict[str, Mapping[str, Any]] = {}
-    values: dict[str, dict[str, Any]] = {}
-    foreign: dict[str, Source] = {}
     for socket, part in parts.items():
-        if part.fmu is None:
-            declared, defaults = kinds[socket].parameters(), parameter_set(kinds[socket].name)
+        if socket in kinds:
+            gathered.of_block(socket, part, kinds[socket], settings[socket])
         else:
-            archive = Fmu(Path(part.fmu), lenient=options.lenient).archive
-            remarks += [f"{socket}: {Path(part.fmu).name}: {told}" for told in archive.remarks]
-            declared, defaults = archive.interface.parameters, {}
-            part = parts[socket] = in_their_units(part, archive.interface)  # noqa: PLW2901
-        values[socket], found = values_of(socket, declared, defaults, part.parameters, settings[socket])
-        problems += found
-        if part.fmu is not None:
-            fmu = Fmu(Path(part.fmu), {} if found else values[socket], options.lenient)
-            foreign[socket], found, told = fitted(socket, SOCKETS[socket], fmu, mappings[socket])
-            problems += found
-            remarks += told
-        sources |= _sources(socket, declared, values[socket], {**defaults, **part.parameters}, settings[socket])
+            gathered.of_fmu(socket, part, settings[socket], lenient=options.lenient)
     scene, scene_sources, found = _scene(content.scene.parameters, settings["scene"])
     h, until, given = _experiment(content, options)
-    raise_if_any([*problems, *found])
+    raise_if_any([*gathered.problems, *found])
 
-    units = _units(kinds, foreign, values, options.mode, progress)
+    units = _units(kinds, gathered, options.mode, progress)
+    remarks = gathered.remarks
     if options.mode != "blocks":
         inside = {socket: kind.name for socket, kind in kinds.items() if not kind.native}
         remarks += [f"{socket}: `{name}` runs in this process; it does not become C" for socket, name in inside.items()]
@@ -207,12 +178,29 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
         scene=scene(),
         h=h,
         until=until,
-        sources={**sources, **scene_sources, **given},
+        sources={**gathered.sources, **scene_sources, **given},
         record=parse_record(options.record) or content.record or EVERYTHING,
         algorithm=algorithm_named(options.algorithm or content.experiment.algorithm),
         solve_loops=options.solve_loops or content.experiment.solve_loops,
         remarks=tuple(remarks),
     )
+
+
+def _parts(
+    request: str, content: ScenarioFile, options: Options, progress: Callable[[str], None]
+) -> tuple[dict[str, Part], Gathered]:
+    """What fills each socket, as the scenario says and a person's options change it."""
+    parts: dict[str, Part] = {}
+    gathered = Gathered()
+    for socket in SOCKETS:
+        part, wanted = located(getattr(content, socket), request), options.replacements.get(socket)
+        if wanted is not None:
+            wanted = _as_fmu(wanted, socket, options.mode, progress)
+        elif part.fmu is not None:
+            part = part.model_copy(update={"fmu": _as_fmu(part.fmu, socket, options.mode, progress)})
+        part = _replaced(socket, part, wanted, gathered.remarks, lenient=options.lenient)
+        parts[socket], gathered.mappings[socket] = foreign_part(part, socket)
+    return parts, gathered
 
 
 def _own_steps(parts: Mapping[str, Part], h: float) -> dict[str, Fraction]:
@@ -251,8 +239,7 @@ def _replaced(socket: str, part: Part, replacement: str | None, remarks: list[st
 
 def _units(
     kinds: Mapping[str, type[Block[Any, Any, Any]]],
-    foreign: Mapping[str, Source],
-    values: Mapping[str, Mapping[str, Any]],
+    gathered: Gathered,
     mode: Mode,
     progress: Callable[[str], None],
 ) -> dict[str, Source]:
@@ -262,25 +249,13 @@ def _units(
         files = ensure_built(native, [mode], built_folder(), progress)
     units: dict[str, Source] = {}
     for socket in SOCKETS:
-        if socket in foreign:
-            units[socket] = foreign[socket]
+        if socket in gathered.foreign:
+            units[socket] = gathered.foreign[socket]
         elif mode == "blocks" or not kinds[socket].native:
-            units[socket] = InProcess(kinds[socket], values[socket])
+            units[socket] = InProcess(kinds[socket], gathered.values[socket])
         else:
-            units[socket] = Fmu(files[kinds[socket].name, mode], values[socket])
+            units[socket] = Fmu(files[kinds[socket].name, mode], gathered.values[socket])
     return units
-
-
-def _sources(
-    where: str,
-    declared: Sequence[Variable],
-    values: Mapping[str, Any],
-    given: Mapping[str, Given],
-    settings: Sequence[Setting],
-) -> dict[str, Mapping[str, Any]]:
-    units = {v.name: v.quantity.unit for v in declared}
-    origin = {name: g.source for name, g in given.items()} | {s.name: "--set" for s in settings}
-    return {f"{where}.{n}": {"value": v, "unit": units[n], "source": origin[n]} for n, v in values.items()}
 
 
 def _scene(
@@ -288,7 +263,7 @@ def _scene(
 ) -> tuple[Callable[[], Scene], dict[str, Mapping[str, Any]], list[Problem]]:
     defaults, declared = parameter_set("scene"), variables(Scene)
     values, problems = values_of("scene", declared, defaults, own, settings)
-    return lambda: Scene(**values), _sources("scene", declared, values, {**defaults, **own}, settings), problems
+    return lambda: Scene(**values), sources_of("scene", declared, values, {**defaults, **own}, settings), problems
 
 
 def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, dict[str, Mapping[str, Any]]]:
@@ -303,52 +278,3 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, 
         chosen[name] = float(given.value)
         told[f"experiment.{name}"] = given.model_dump()
     return chosen["step"], chosen["stop_time"], told
-
-
-_SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
-
-
-def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS, "scene")) -> dict[str, list[Setting]]:
-    """`controller.b_3=1e-2` and the like, by unit: one of `units`, or any if these are None. Raises `RequestError`."""
-    found: dict[str, list[Setting]] = {unit: [] for unit in units or ()}
-    problems: list[Problem] = []
-    for text in texts:
-        match = _SETTING.fullmatch(text)
-        if match is None:
-            problems.append(
-                Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
-            )
-        elif units is not None and match["unit"] not in found:
-            problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
-        else:
-            index = None if match["index"] is None else int(match["index"])
-            setting = Setting(match["unit"], match["name"], index, _literal(match["value"]))
-            found.setdefault(match["unit"], []).append(setting)
-    raise_if_any(problems)
-    return found
-
-
-_RECORD = "PATTERN or PATTERN:N, N a whole number of ticks"
-
-
-def parse_record(texts: Sequence[str]) -> dict[str, int]:
-    """`plant.*` for every tick, `controller.plan.*:10` for every tenth; later ones win. Raises `RequestError`."""
-    found: dict[str, int] = {}
-    problems: list[Problem] = []
-    for text in texts:
-        pattern, colon, every = text.rpartition(":")
-        if not colon:
-            found[text] = 1
-        elif pattern and every.isdecimal():
-            found[pattern] = int(every)
-        else:
-            problems.append(Problem(f"--record {text}", "something else", _RECORD, "Try plant.*:10."))
-    raise_if_any(problems)
-    return found
-
-
-def _literal(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text  # the check of the parameter says what it should have been

@@ -173,10 +173,11 @@ def _instance_problems(system: System) -> Iterator[Problem]:
     """Units of one FMU that a process can hold only once."""
     once: dict[Path, str] = {}
     for name, source in system.units.items():
-        if isinstance(source, Fmu) and source.isolated is None and source.archive.only_once:
-            other = once.setdefault(source.archive.path.resolve(), name)
+        fmu = getattr(source, "fmu", source)  # that behind a mapping
+        if isinstance(fmu, Fmu) and fmu.isolated is None and fmu.archive.only_once:
+            other = once.setdefault(fmu.archive.path.resolve(), name)
             if other != name:
-                found = f"{source.path}, which `{other}` runs too"
+                found = f"{fmu.path}, which `{other}` runs too"
                 valid = "an FMU that can be instantiated more than once per process"
                 yield Problem(f"unit `{name}`", found, valid, "Run one of them in a process of its own.")
 

@@ -55,9 +55,10 @@ class ReferencePoint:
 
     @staticmethod
     def _move(bus: Views, forward: float) -> None:
-        bus["x"][:] += forward * np.cos(bus["psi"])
-        bus["y"][:] += forward * np.sin(bus["psi"])
-        bus["v_y"][:] += forward * bus["r"]
+        x, y, psi, v_y, r = bus["x"], bus["y"], bus["psi"], bus["v_y"], bus["r"]
+        x += forward * np.cos(psi)
+        y += forward * np.sin(psi)
+        v_y += forward * r
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,10 @@ class BoxEnd:
 
     @staticmethod
     def _move(bus: Views, share: float) -> None:
-        bus["x"][:] += share * bus["length"] * np.cos(bus["psi"])
-        bus["y"][:] += share * bus["length"] * np.sin(bus["psi"])
+        x, y, psi = bus["x"], bus["y"], bus["psi"]
+        ahead = share * bus["length"]
+        x += ahead * np.cos(psi)
+        y += ahead * np.sin(psi)
 
 
 @dataclass(frozen=True)
