@@ -8,8 +8,10 @@ from one tick to the next is sent once: the viewer shows the latest value.
 
 from __future__ import annotations
 
+import contextlib
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,7 +133,10 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None], settle
         clock.sleep(settle)
         for time in times:
             if time is not None:
-                viewer.set_time("sim_time", duration=time, play_state="paused")
+                with contextlib.suppress(RuntimeError):  # a run that was killed before its first row has no time
+                    _patiently(
+                        partial(viewer.set_time, "sim_time", duration=time, play_state="paused"), _HAS_ROWS_WITHIN
+                    )
             yield _still_picture(viewer)
     except (RuntimeError, OSError) as error:
         raise ConnectionError(str(error).partition("\n")[0]) from error
@@ -166,7 +171,7 @@ def _still_picture(viewer: ViewerClient) -> bytes:
         last = picture
 
 
-_ANSWERS_WITHIN, _DRAWS_WITHIN = 30.0, 10.0
+_ANSWERS_WITHIN, _HAS_ROWS_WITHIN, _DRAWS_WITHIN = 30.0, 5.0, 10.0
 """[s]"""
 
 
