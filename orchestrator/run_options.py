@@ -17,7 +17,10 @@ class Fmi(StrEnum):
 
 
 Request: TypeAlias = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file, a run folder, or a single .fmu.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file, a run folder, or a single .fmu."
+    ),
 ]
 Plant: TypeAlias = Annotated[
     str | None, typer.Option(help="Another plant: a block, FILE.fmu, or the FILE.toml that maps one.")
