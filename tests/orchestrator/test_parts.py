@@ -74,8 +74,8 @@ def test_problems_of_mappings_and_parameters_come_together(theirs):
     found = wrong("static", plant=str(theirs / "theirs.toml"))
     assert found == [
         "plant.m: found an unknown parameter; valid: nothing",
-        f"{theirs}/theirs.toml: state.y: found the unknown variable `car.north`; valid: car.drift, car.east, car.engine,"
-        " car.heading, car.south, car.speed, car.yaw_rate. Did you mean `car.south`?",
+        f"{theirs}/theirs.toml: state.y: found the unknown variable `car.north`; valid: car.drift, car.east, "
+        "car.engine, car.heading, car.south, car.speed, car.yaw_rate. Did you mean `car.south`?",
     ]
 
 
