@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
+from itertools import count
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -31,8 +32,15 @@ from components.interfaces.record import pack, record, size, unpack
 from components.interfaces.sockets import PlantInputs
 
 X = TypeVar("X")
-RELATIVE, ABSOLUTE = 1e-8, 1e-9
-"""Tolerances of the integration."""
+RELATIVE, ABSOLUTE = 1e-6, 1e-6
+"""Tolerances of the integration; much finer ones creep where the equations jump, at `KINEMATIC`."""
+MOST_CALLS = 20000
+"""Evaluations after which a step is given up as not a number; hard braking to a stop takes 2000."""
+KINEMATIC = 0.1
+"""Speed below which the package's models are kinematic, and their tyres carry no force; wheels roll there: the package
+lets the brakes lock them and the engine spin them up."""
+STEERING = 2
+"""Where the steering angle stands in all states of the package."""
 
 
 def installed() -> bool:
@@ -139,24 +147,53 @@ def _start(model: Dynamics, p: Array) -> Array:
 
 
 def _slope(model: Dynamics, x: Array, u: Array, p: Array) -> Array:
-    """dx/dt with our actuation; zero but for the steering where the vehicle stands; not a number where it has none."""
+    """dx/dt with our actuation."""
+    return _rate(model, x, u, p, held=_stands(model, x, u))
+
+
+def _stands(model: Dynamics, x: Array, u: Array) -> bool:
+    """Whether the vehicle stands, and is not driven."""
+    return bool(x[model.speed] <= 0 and u[1] <= 0)
+
+
+def _rate(model: Dynamics, x: Array, u: Array, p: Array, *, held: bool) -> Array:
+    """dx/dt; of a vehicle that is held, zero but for the steering; not a number where the model has none."""
     vehicle, T_delta = _parameters(int(p[0])), p[1]
     v_delta, a = (u[0] - x[2]) / T_delta, 2 * u[1] / (vehicle.m * vehicle.R_w)  # (1)
     try:
         slope = np.array(model.slope(x.tolist(), (v_delta, a), vehicle))
     except (ArithmeticError, ValueError):  # the package divides by speeds, and takes sines of what is not finite
         return np.full(model.n, np.nan)
-    if x[model.speed] <= 0 and a <= 0:
-        slope = np.where(np.arange(model.n) == 2, slope, 0.0)  # noqa: PLR2004 - the steering angle
-    return slope
+    if model.wheels and abs(x[model.speed]) < KINEMATIC:
+        slope[[*model.wheels]] = slope[model.speed] / vehicle.R_w
+    return np.where(np.arange(model.n) == STEERING, slope, 0.0) if held else slope
 
 
 def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
+    """The state after `h` seconds; the vehicle is held from the instant at which its speed becomes zero."""
+    end, held = float(h[0]), _stands(model, x, u)
+    try:
+        x, t = _integrated(model, x, u, p, (0.0, end), held=held)
+        if t < end:
+            x[[model.speed, *model.moving]] = 0.0
+            x, _ = _integrated(model, x, u, p, (t, end), held=True)
+    except ArithmeticError:
+        return np.full(model.n, np.nan)
+    x[[model.speed, *model.wheels]] = np.maximum(x[[model.speed, *model.wheels]], 0.0)
+    return x
+
+
+def _integrated(  # noqa: PLR0913 - what a span of the motion depends on
+    model: Dynamics, x: Array, u: Array, p: Array, span: tuple[float, float], *, held: bool
+) -> tuple[Array, float]:
+    """The state at the end of a span, or where a vehicle that is not held stops. Raises `ArithmeticError`."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - slow to import, and only this needs it
 
+    calls = count(1)
+
     def slope(_: float, x: Array) -> Array:
-        found = _slope(model, x, u, p)
-        if not np.isfinite(found).all():
+        found = _rate(model, x, u, p, held=held)
+        if not np.isfinite(found).all() or next(calls) > MOST_CALLS:
             raise ArithmeticError
         return found
 
@@ -164,16 +201,8 @@ def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
         return x[model.speed]
 
     speed.terminal, speed.direction = True, -1  # type: ignore[attr-defined]
-    x, t, end = np.array(x), 0.0, float(h[0])
-    try:
-        while t < end:
-            run = solve_ivp(slope, (t, end), x, "LSODA", events=speed, rtol=RELATIVE, atol=ABSOLUTE)
-            x, t = run.y[:, -1], run.t[-1]
-            if not run.success:
-                return np.full(model.n, np.nan)
-            if run.status == 1:  # it has stopped
-                x[[model.speed, *model.moving]] = 0.0
-    except ArithmeticError:
-        return np.full(model.n, np.nan)
-    x[[model.speed, *model.wheels]] = np.maximum(x[[model.speed, *model.wheels]], 0.0)
-    return x
+    events = None if held else speed
+    run = solve_ivp(slope, span, x, "LSODA", events=events, rtol=RELATIVE, atol=ABSOLUTE)
+    if not run.success:
+        raise ArithmeticError(run.message)
+    return run.y[:, -1], run.t[-1]

@@ -42,10 +42,10 @@ class MbState:
     v_y_r: float = quantity("m/s", "lateral speed of the rear axle")
     z_r: float = quantity("m", "lowering of the rear axle, which loads its tyres")
     v_z_r: float = quantity("m/s", "speed of this lowering")
-    omega_fl: float = quantity("rad/s", "speed of the left front wheel", min=0)
-    omega_fr: float = quantity("rad/s", "speed of the right front wheel", min=0)
-    omega_rl: float = quantity("rad/s", "speed of the left rear wheel", min=0)
-    omega_rr: float = quantity("rad/s", "speed of the right rear wheel", min=0)
+    omega_fl: float = quantity("rad/s", "speed of the front wheel that the package calls left", min=0)
+    omega_fr: float = quantity("rad/s", "speed of the front wheel that the package calls right", min=0)
+    omega_rl: float = quantity("rad/s", "speed of the rear wheel that the package calls left", min=0)
+    omega_rr: float = quantity("rad/s", "speed of the rear wheel that the package calls right", min=0)
     y_f: float = quantity("m", "lateral offset of the front axle")
     y_r: float = quantity("m", "lateral offset of the rear axle")
 
@@ -59,9 +59,10 @@ class CommonroadMb(CommonRoadVehicle[MbState], Block[PlantInputs, MbState, Commo
     `commonroad`. Driving torque goes to the rear wheels, as ours does; braking torque is divided as the parameter set
     says (0.66 to the front). Needs the extra `commonroad`.
 
+    The wheels that the package calls left are on the right after ISO 8855: in a left turn they run faster.
+
     Reference point: centre of gravity of the sprung mass. Feedthrough: `actuation` to `motion`, none to `state`.
-    Valid for v_x > 1 m/s, and down to a stop; below 0.1 m/s its tyres carry no force, so that wheels that are driven
-    from standstill spin.
+    Valid for v_x > 1 m/s, and down to a stop.
     """
 
     @staticmethod

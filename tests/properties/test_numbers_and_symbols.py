@@ -22,7 +22,11 @@ def test_the_start_state_is_the_same(kind, instance):
     assert flat(lower(kind).start(pack(block))).tolist() == pack(block.start()).tolist()
 
 
-@pytest.mark.parametrize("kind", BLOCKS.values(), ids=BLOCKS)
+# a step of the multi-body vehicle from states drawn at random is stiff and takes seconds: it has a test of its own
+DRAWN = {name: kind for name, kind in BLOCKS.items() if name != "commonroad_mb"}
+
+
+@pytest.mark.parametrize("kind", DRAWN.values(), ids=DRAWN)
 @settings(max_examples=40)
 @given(data=st.data())
 def test_outputs_and_next_state_are_the_same(kind, columns, instance, data):
