@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import random
 import re
 import zipfile
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
 from orchestrator import ssp_reader
@@ -255,8 +258,8 @@ def test_packages_and_descriptions_that_are_not_there(tmp_path, files):
 
 
 def test_parameter_values_that_do_not_fit(tmp_path, files):
-    given = values(k=("Real", 3, "s"), n=("Real", 1.5, None), u=("Boolean", "true", None), y_u=1)
-    found = read(tmp_path, files, body(component("a", "plain.fmu", bindings(binding(given)))))
+    made = values(k=("Real", 3, "s"), n=("Real", 1.5, None), u=("Boolean", "true", None), y_u=1)
+    found = read(tmp_path, files, body(component("a", "plain.fmu", bindings(binding(made)))))
     line = "line 6: parameter"
     assert found == [
         f"{line} `k`: found the unit `s`; valid: a unit that measures the same as `m`",
@@ -265,8 +268,8 @@ def test_parameter_values_that_do_not_fit(tmp_path, files):
         " valid: values of parameters, inputs and start values",
         f"{line} `u`: found a value of type Boolean; valid: Float64",
     ]
-    given = values(n=("Integer", "many", None), k=("Real", "INF", None))
-    found = read(tmp_path, files, body(component("a", "plain.fmu", bindings(binding(given)))))
+    made = values(n=("Integer", "many", None), k=("Real", "INF", None))
+    found = read(tmp_path, files, body(component("a", "plain.fmu", bindings(binding(made)))))
     assert found == [
         "line 6: found Element 'Integer', attribute 'value': 'many' is not a valid value of the atomic type 'xs:int';"
         f" valid: what SSP 1.0 allows{LENIENT}",
@@ -367,3 +370,31 @@ def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
     end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
     end += f"{note}</ssc:Annotation></ssd:Annotations>"
     assert read(tmp_path, files, body(A), end=end) == [f"line 12: found {found}; valid: what macrostep wrote"]
+
+
+@given(seed=st.integers(0, 2**32), lenient=st.booleans())
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_description_that_was_damaged_is_refused_or_read(tmp_path, files, seed, lenient):
+    """Whatever an attribute says, and whichever line is missing or doubled: a message, never a traceback."""
+    chance = random.Random(seed)  # noqa: S311 - a test
+    inside = bindings(binding(values(k=4, n=("Integer", 3, None))))
+    inner = system("inner", B, wire("i", "b.u") + wire("b.y_u", "o"), connectors("i:input:km", "o:output"))
+    change = '<ssc:LinearTransformation factor="2" offset="1"/>'
+    a = component("a", "plain.fmu", connectors("k:parameter", "u:input", "y_u:output") + inside)
+    whole = body(a + inner, wire("a.y_u", "inner.i", change) + wire("inner.o", "a.u"))
+    text = ssd(whole, version=chance.choice(["1.0", "2.0"]))
+    if chance.random() < 0.6:
+        parts = text.split('"')
+        found = ["", "nope", "-1", "1 2", "nan", "a.b", "1e400", "true", "input", "output", "inner", "../x", "9" * 30]
+        parts[chance.randrange(1, len(parts), 2)] = chance.choice(found)
+        text = '"'.join(parts)
+    else:
+        lines = text.splitlines()
+        at = chance.randrange(1, len(lines))
+        lines[at : at + 1] = chance.choice([[], [lines[at]] * 2])
+        text = "\n".join(lines)
+    path = write(tmp_path / "theirs.ssp", text if "<?xml" in text else f"<?xml{text}", files)
+    try:
+        ssp_reader.read(path, lenient=lenient)
+    except RequestError as error:
+        assert error.problems
