@@ -58,7 +58,8 @@ def echo(path: Path, inputs, parameters=(), *, types="", outputs=None) -> Path:
     before = f"<UnitDefinitions>{units}</UnitDefinitions>" + (
         f"<TypeDefinitions>{types}</TypeDefinitions>" if types else ""
     )
-    return pack(path, Version.FMI2, description2(variables, unknowns, before=before, initial=unknowns), echo_library(Version.FMI2))
+    text = description2(variables, unknowns, before=before, initial=unknowns)
+    return pack(path, Version.FMI2, text, echo_library(Version.FMI2))
 
 
 def vectors(path: Path) -> Path:
