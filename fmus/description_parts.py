@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
-from components.interfaces.unit_strings import UNITS
+from components.interfaces.unit_strings import base_unit
 from fmus.interface import COMMUNICATION_STEP, FmiVariable, Interface
 
 Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
@@ -96,11 +96,16 @@ def root(interface: Interface, fmi_version: str, token_attribute: str, token: st
 
 
 def add_units(parent: Element, names: Iterable[str]) -> None:
-    """<UnitDefinitions>: each unit by the exponents of its base units."""
+    """<UnitDefinitions>: each unit by the exponents of its base units, and its factor and offset where it has any."""
     definitions = etree.SubElement(parent, "UnitDefinitions")
     for name in names:
         unit = etree.SubElement(definitions, "Unit", name=name)
-        etree.SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in UNITS[name].items()})
+        if (meaning := base_unit(name)) is None:
+            continue
+        attributes = {base: str(exponent) for base, exponent in meaning.exponents.items()}
+        attributes |= {} if meaning.factor == 1 else {"factor": number(meaning.factor)}
+        attributes |= {} if meaning.offset == 0 else {"offset": number(meaning.offset)}
+        etree.SubElement(unit, "BaseUnit", attributes)
 
 
 def add_items(parent: Element, kind: type[IntEnum]) -> None:

@@ -23,7 +23,7 @@ Request: TypeAlias = Annotated[
     ),
 ]
 Plant: TypeAlias = Annotated[
-    str | None, typer.Option(help="Another plant: a block, FILE.fmu, or the FILE.toml that maps one.")
+    str | None, typer.Option(help="Another plant: a block, FILE.fmu, the FILE.toml that maps one, or FILE.mo.")
 ]
 Traffic: TypeAlias = Annotated[str | None, typer.Option(help="Other traffic, likewise.")]
 Controller: TypeAlias = Annotated[str | None, typer.Option(help="Another controller, likewise.")]

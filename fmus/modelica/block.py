@@ -16,12 +16,12 @@ import casadi as ca
 import numpy as np
 
 from components.interfaces.block import Block, Continuous, block
-from components.interfaces.problem import Problem, choices, raise_if_any
+from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable, pack, record, unpack
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
-from components.interfaces.unit_strings import UNITS
+from components.interfaces.unit_strings import base_unit
 from fmus.modelica.explicit import Explicit, explicit
 from fmus.modelica.expressions import Expressions
 from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read
@@ -63,8 +63,8 @@ def _placed(flat: FlatModel, problems: list[Problem]) -> list[Problem]:
 def _problems(variables: Sequence[FlatVariable]) -> Iterator[Problem]:
     owner: dict[str, str] = {}
     for v in variables:
-        if v.unit not in UNITS:
-            yield Problem(v.place, f"`{v.name}` in `{v.unit}`", choices(UNITS), "Write it in one of these.")
+        if base_unit(v.unit) is None:
+            yield Problem(v.place, f"`{v.name}` in `{v.unit}`", "a unit as Modelica writes it: kg, m/s2, N.m/rad")
         if owner.setdefault(_own(v), v.name) != v.name:
             yield Problem(v.place, f"`{v.name}` beside `{owner[_own(v)]}`", "names that differ without dots")
 

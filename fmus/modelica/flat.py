@@ -12,6 +12,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -70,7 +71,7 @@ class FlatModel:
     name: str
     summary: str
     definition: str
-    """Digest of all texts that it was made from"""
+    """Digest of all texts that it was made from, and of what read them"""
     place: str
     variables: Mapping[str, FlatVariable]
     equations: tuple[Equation, ...]
@@ -238,7 +239,7 @@ def _bound_inputs(variables: Iterable[FlatVariable]) -> Iterator[Problem]:
 
 
 def _digest(model: str, files: list[tuple[int, str, str]]) -> str:
-    digest = hashlib.sha256(model.encode())
+    digest = hashlib.sha256(f"{model} rumoca {version('rumoca')}".encode())
     for text in sorted(text for _, _, text in files):
         digest.update(b"\0" + text.encode())
     return digest.hexdigest()

@@ -165,9 +165,7 @@ end M;
 
 def test_a_unit_that_nobody_knows_is_refused_with_its_line(car):
     path = car('  parameter Real k(unit = "furlong") = 1;')
-    said = refusal(path)
-    assert said.startswith(f"{path}:3: found `k` in `furlong`; valid: 1, 1/m, ")
-    assert said.endswith("s4/rad2. Write it in one of these.")
+    assert refusal(path) == f"{path}:3: found `k` in `furlong`; valid: a unit as Modelica writes it: kg, m/s2, N.m/rad"
 
 
 def test_names_that_are_the_same_without_dots_are_refused(car):

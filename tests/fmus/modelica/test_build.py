@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from components.interfaces.problem import RequestError
@@ -24,6 +25,17 @@ def test_the_fmu_is_valid(tmp_path, version):
     built = build_modelica(str(library() / "Examples" / "PaperBicycle.mo"), version, tmp_path)
     assert built.path == tmp_path / f"fmi{version}" / "MacroStep_Examples_PaperBicycle.fmu"
     assert validate_fmu(str(built.path)) == []
+
+
+@pytest.mark.parametrize("version", list(Version))
+def test_units_that_our_own_blocks_do_not_have_are_defined_in_the_fmu(tmp_path, car, version):
+    declarations = '  parameter Real rho(unit = "kg/m3") = 1.2;\n  parameter Real v(unit = "km/h") = 36;'
+    built = build_modelica(str(car(declarations)), version, tmp_path)
+    assert validate_fmu(str(built.path)) == []
+    units = {u.name: u.baseUnit for u in read_model_description(str(built.path)).unitDefinitions}
+    assert (units["kg/m3"].kg, units["kg/m3"].m, units["kg/m3"].factor) == (1, -3, 1.0)
+    assert (units["km/h"].m, units["km/h"].s) == (1, -1)
+    assert units["km/h"].factor == pytest.approx(1 / 3.6, rel=1e-12)
 
 
 def test_it_is_built_again_only_when_the_text_has_changed(tmp_path, car):

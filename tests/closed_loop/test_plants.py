@@ -1,0 +1,133 @@
+"""`static` with every plant there is: our blocks, the vehicles of others, Modelica, and FMUs made by other tools."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from components import BLOCKS
+from components.interfaces.problem import RequestError
+from fmus.modelica.flat import library
+from fmus.version import Version
+from orchestrator import scenario
+from orchestrator.master import simulate
+from orchestrator.metrics import compute, verdicts
+from orchestrator.scenario import Options, prepare
+
+ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
+OURS = [
+    name for name, block in BLOCKS.items() if block.socket.name == "plant" and name != "stationary"
+]  # it does not move
+
+
+def block_of_readme(language: str, name: str) -> str:
+    """The README's only code block of a language in which a class is defined."""
+    (text,) = [t for t in re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL) if re.search(rf"\b{name}\b", t)]
+    return text
+
+
+def made_with(tool: str, script: Path) -> str:
+    """The FMU that a tool makes of a script, as its documentation says."""
+    command = [sys.executable, "-m", tool, "build", "-f", str(script), "-d", str(script.parent)]
+    subprocess.run(command, check=True, capture_output=True)
+    (fmu,) = script.parent.glob("*.fmu")
+    return str(fmu)
+
+
+@pytest.fixture(scope="module")
+def foreign(tmp_path_factory):
+    """Plants in files, by what they are made with."""
+    folders = {name: tmp_path_factory.mktemp(name) for name in ("pythonfmu3", "pythonfmu", "modelica")}
+    script = folders["pythonfmu3"] / "my_vehicle.py"
+    script.write_text(block_of_readme("python", "Fmi3Slave"), encoding="utf-8")
+    double = folders["pythonfmu"] / "kinematic_fmi2.py"
+    double.write_bytes((Path(__file__).parent / "kinematic_fmi2.py").read_bytes())
+    model = folders["modelica"] / "MyVehicle.mo"
+    model.write_text(block_of_readme("modelica", "MyVehicle"), encoding="utf-8")
+    return {
+        "pythonfmu3": made_with("pythonfmu3", script),
+        "pythonfmu": made_with("pythonfmu", double),
+        "modelica": str(model),
+        "modelica bicycle": BICYCLE,
+    }
+
+
+def drive(plant: str, mode="blocks", **options):
+    made = prepare("static", Options(mode=mode, replacements={"plant": plant}, **options))
+    return made, simulate(made.system, h=made.h, until=made.until)
+
+
+def without_contact(made, frame) -> dict[str, float]:
+    """The metrics of a run that drives the lane change and touches nothing."""
+    found = compute(frame, ROLES, made.scene)
+    assert verdicts(found)["no_contact"]
+    assert frame["plant.state.x"].iloc[-1] > 110
+    assert frame["plant.state.y"].max() > 3
+    return found
+
+
+@pytest.mark.parametrize("plant", OURS)
+def test_static_at_10_m_per_s_without_contact(plant):
+    without_contact(*drive(plant))
+
+
+@pytest.mark.parametrize("plant", ["pythonfmu3", "pythonfmu", "modelica", "modelica bicycle"])
+def test_static_with_plants_in_files_without_contact(foreign, plant):
+    without_contact(*drive(foreign[plant]))
+
+
+@pytest.mark.parametrize("plant", ["commonroad_st", "commonroad_mb"])
+def test_the_papers_controller_keeps_another_vehicle_on_the_road(plant):
+    found = without_contact(*drive(plant))
+    assert found["gap_edge"] > 0.5
+    assert found["path_error_max"] < 0.5
+
+
+@pytest.mark.parametrize("mode", ["blocks", *Version])
+def test_the_bicycle_in_modelica_is_ours_over_the_whole_run(built_fmus, mode):
+    _, ours = drive("bicycle", mode)
+    made, theirs = drive(BICYCLE, mode)
+    assert made.remarks == ()
+    assert sorted(theirs.columns) == sorted(ours.columns)
+    np.testing.assert_allclose(theirs[ours.columns].to_numpy(float), ours.to_numpy(float), rtol=0, atol=1e-9)
+
+
+def test_both_versions_of_the_same_python_vehicle_drive_alike(foreign):
+    _, third = drive(foreign["pythonfmu3"])
+    _, second = drive(foreign["pythonfmu"])
+    shown = [c for c in third.columns if c.startswith("plant.")]
+    assert third[shown].equals(second[shown])
+
+
+def test_a_parameter_of_a_modelica_plant_can_be_set(foreign):
+    _, heavy = drive(foreign["modelica"], settings=["plant.m=4000.0"])
+    _, light = drive(foreign["modelica"])
+    assert (heavy["plant.state.v_x"] - light["plant.state.v_x"]).abs().max() > 0.01
+
+
+def test_the_readmes_vehicle_has_30_lines():
+    assert len(block_of_readme("python", "Fmi3Slave").splitlines()) == 30
+
+
+def test_a_modelica_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(RequestError) as refused:
+        drive(str(tmp_path / "none.mo"))
+    assert str(refused.value) == f"{tmp_path / 'none.mo'}: found no such file; valid: a Modelica file (.mo)"
+
+
+def test_a_block_whose_extra_is_missing_says_what_to_install(monkeypatch):
+    kept = {name: block for name, block in BLOCKS.items() if not name.startswith("commonroad")}
+    monkeypatch.setattr(scenario, "BLOCKS", kept)
+    with pytest.raises(RequestError) as refused:
+        drive("commonroad_st")
+    assert str(refused.value) == (
+        "--plant: found `commonroad_st` without its extra; valid: bicycle, bicycle_saturated, stationary. "
+        "Install macrostep[commonroad]."
+    )
