@@ -152,7 +152,7 @@ def build(
     fmi: Annotated[Fmi | None, typer.Option(help="Only this version of FMI; both if not given.")] = None,
     folder: Annotated[Path | None, typer.Option("--out", help="Where to write fmi2/ and fmi3/.")] = None,
 ) -> None:
-    """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here); what is up to date stays."""
+    """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here), where out of date."""
     from components import BLOCKS  # noqa: PLC0415
     from fmus.version import Version  # noqa: PLC0415
     from orchestrator import scenario as scenarios  # noqa: PLC0415

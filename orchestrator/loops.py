@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize  # type: ignore[unused-ignore]
 
 from fmus.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.schedule import Schedule
@@ -62,6 +61,8 @@ class Loop:
         self._solve(evaluate, "at the start")
 
     def _solve(self, evaluate: Any, when: str) -> None:
+        from scipy import optimize  # noqa: PLC0415 - slow to import, and most systems have no loop
+
         z = self._values()
         shown = evaluate(z)
         if not np.array_equal(shown, z):

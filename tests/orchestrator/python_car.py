@@ -1,8 +1,8 @@
 """A plant as somebody with pythonfmu would write it: flat names, no units, no dependencies."""
 
-from pythonfmu import Fmi2Causality, Fmi2Slave, Real
-
 from math import cos, sin
+
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 
 class PythonCar(Fmi2Slave):
@@ -36,9 +36,9 @@ class PythonCar(Fmi2Slave):
         h = step_size / 10
         for _ in range(10):
             a = self.slope(x)
-            b = self.slope([p + h / 2 * q for p, q in zip(x, a)])
-            c = self.slope([p + h / 2 * q for p, q in zip(x, b)])
-            d = self.slope([p + h * q for p, q in zip(x, c)])
-            x = [p + h / 6 * (i + 2 * j + 2 * k + n) for p, i, j, k, n in zip(x, a, b, c, d)]
+            b = self.slope([p + h / 2 * q for p, q in zip(x, a, strict=True)])
+            c = self.slope([p + h / 2 * q for p, q in zip(x, b, strict=True)])
+            d = self.slope([p + h * q for p, q in zip(x, c, strict=True)])
+            x = [p + h / 6 * (i + 2 * j + 2 * k + n) for p, i, j, k, n in zip(x, a, b, c, d, strict=True)]
         self.x, self.y, self.psi, self.v_x, self.v_y, self.r = x
         return True
