@@ -51,14 +51,14 @@ def test_an_unknown_scenario_suggests_the_nearest():
 def test_an_unknown_block_suggests_the_nearest():
     found = wrong("static", replacements={"plant": "bycicle"})
     assert found == [
-        "--plant: found the unknown block `bycicle`; valid: bicycle, bicycle_saturated, stationary."
-        " Did you mean `bicycle`?"
+        "--plant: found the unknown block `bycicle`; valid: bicycle, bicycle_saturated, commonroad_mb, commonroad_st, "
+        "stationary. Did you mean `bicycle`?"
     ]
 
 
 def test_a_block_of_another_socket_does_not_fit():
     found = wrong("static", replacements={"plant": "coast"})
-    valid = "bicycle, bicycle_saturated, stationary"
+    valid = "bicycle, bicycle_saturated, commonroad_mb, commonroad_st, stationary"
     assert found == [f"--plant: found `coast`, a block of the socket `controller`; valid: {valid}"]
 
 
