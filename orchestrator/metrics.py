@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
@@ -14,21 +13,26 @@ from orchestrator import path_geometry
 from orchestrator.geometry import Rows, box_corners, box_distance
 from orchestrator.scene import Scene
 
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
+
+Frame: TypeAlias = "pd.DataFrame | Mapping[str, NDArray[Any]]"
+"""A column of rows for each signal element, and `time`"""
+
 _BOX = ("x", "y", "psi", "length", "width")
 """What a box is given by"""
 
 
-def compute(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> dict[str, float]:
+def compute(frame: Frame, roles: Mapping[str, str], scene: Scene) -> dict[str, float]:
     """All metrics that the columns of `frame` allow, whose rows are consecutive ticks.
 
     `roles` names the unit in each socket. SI units; `gap_obstacle` is the least distance between the ego's box and any
     obstacle's (0 on contact), `gap_edge` between the ego's corners and the road's edges (negative outside). Rows with
     values that are not finite (the last one of a run that broke) do not count.
     """
-    finite = np.isfinite(frame.select_dtypes(["number", "bool"]).to_numpy(dtype=float)).all(axis=1)
-    frame = pd.DataFrame(frame[finite])
+    frame = _finite(frame)
     found: dict[str, float] = {}
-    if frame.empty:
+    if not len(frame["time"]):
         return found
     plant, traffic, controller = (roles.get(role, "") for role in ("plant", "traffic", "controller"))
     found |= _motion(frame, plant) | _tyres(frame, plant)
@@ -55,15 +59,15 @@ def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
     return found
 
 
-def columns(frame: pd.DataFrame, prefix: str, n: int) -> NDArray[np.float64]:
+def columns(frame: Frame, prefix: str, n: int) -> NDArray[np.float64]:
     """The elements ``prefix[1]`` to ``prefix[n]``, of shape (rows, n)."""
-    return frame[[f"{prefix}[{i + 1}]" for i in range(n)]].to_numpy(dtype=float)
+    return np.stack([_column(frame, f"{prefix}[{i + 1}]") for i in range(n)], axis=1)
 
 
-def ego_boxes(frame: pd.DataFrame, plant: str, scene: Scene) -> NDArray[np.float64]:
+def ego_boxes(frame: Frame, plant: str, scene: Scene) -> NDArray[np.float64]:
     """The ego's box in every row: x, y, psi, length, width."""
-    pose = frame[[f"{plant}.state.{s}" for s in ("x", "y", "psi")]].to_numpy(dtype=float)
-    size = np.tile([scene.ego_length, scene.ego_width], (len(frame), 1))
+    pose = np.stack([_column(frame, f"{plant}.state.{s}") for s in ("x", "y", "psi")], axis=1)
+    size = np.tile([scene.ego_length, scene.ego_width], (len(pose), 1))
     return np.hstack([pose, size])
 
 
@@ -73,13 +77,13 @@ def edge_gap(boxes: NDArray[np.float64], scene: Scene) -> Rows:
     return np.minimum(scene.y_left - y.max(axis=1), y.min(axis=1) - scene.y_right)
 
 
-def obstacle_gaps(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -> Rows:
+def obstacle_gaps(frame: Frame, roles: Mapping[str, str], scene: Scene) -> Rows:
     """Least distance [m] of the ego's box to any valid obstacle's, in every row; infinite without obstacles."""
     ego = ego_boxes(frame, roles["plant"], scene)
     bus = f"{roles['traffic']}.obstacles"
     valid = columns(frame, f"{bus}.valid", SLOTS) > 0
     parts = [columns(frame, f"{bus}.{s}", SLOTS) for s in _BOX]
-    nearest = np.full(len(frame), np.inf)
+    nearest = np.full(len(ego), np.inf)
     for slot in np.flatnonzero(valid.any(axis=0)):
         here = valid[:, slot]
         boxes = np.stack([part[here, slot] for part in parts], axis=1)
@@ -87,7 +91,7 @@ def obstacle_gaps(frame: pd.DataFrame, roles: Mapping[str, str], scene: Scene) -
     return nearest
 
 
-def path_error(frame: pd.DataFrame, plant: str, controller: str) -> Rows | None:
+def path_error(frame: Frame, plant: str, controller: str) -> Rows | None:
     """Distance [m] of the centre of gravity to the path of the same row, positive to the left of it.
 
     None where the controller shows no path, or one of both was not recorded.
@@ -95,64 +99,80 @@ def path_error(frame: pd.DataFrame, plant: str, controller: str) -> Rows | None:
     axes = [f"{plant}.state.{axis}" for axis in "xy"] + [f"{controller}.path.{axis}[{WAYPOINTS}]" for axis in "xy"]
     if not _has(frame, *axes):
         return None
-    x, y = frame[f"{plant}.state.x"].to_numpy(float), frame[f"{plant}.state.y"].to_numpy(float)
+    x, y = _column(frame, f"{plant}.state.x"), _column(frame, f"{plant}.state.y")
     path_x, path_y = (columns(frame, f"{controller}.path.{axis}", WAYPOINTS) for axis in "xy")
     return path_geometry.path_error(path_x, path_y, x, y)
 
 
-def _motion(frame: pd.DataFrame, plant: str) -> dict[str, float]:
+def _motion(frame: Frame, plant: str) -> dict[str, float]:
     found: dict[str, Any] = {}
     if _has(frame, f"{plant}.state.r"):
-        r = frame[f"{plant}.state.r"].to_numpy(float)
+        r = _column(frame, f"{plant}.state.r")
         found |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
     if _has(frame, f"{plant}.state.v_x"):
-        found |= {"v_x_min": frame[f"{plant}.state.v_x"].min(), "v_x_max": frame[f"{plant}.state.v_x"].max()}
-    if _has(frame, f"{plant}.state.r") and len(frame) > 1:  # the mean over each step, so that any plant can be compared
-        r_dot = frame[f"{plant}.state.r"].diff().to_numpy(float)[1:] / np.diff(frame["time"].to_numpy(float))
+        v_x = _column(frame, f"{plant}.state.v_x")
+        found |= {"v_x_min": v_x.min(), "v_x_max": v_x.max()}
+    if _has(frame, f"{plant}.state.r") and len(frame["time"]) > 1:
+        # the mean over each step, so that any plant can be compared
+        r_dot = np.diff(_column(frame, f"{plant}.state.r")) / np.diff(_column(frame, "time"))
         found |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
     if _has(frame, f"{plant}.motion.a_y"):
-        found["a_y_peak"] = frame[f"{plant}.motion.a_y"].abs().max()
+        found["a_y_peak"] = np.abs(_column(frame, f"{plant}.motion.a_y")).max()
     return {name: float(value) for name, value in found.items()}
 
 
-def _tyres(frame: pd.DataFrame, plant: str) -> dict[str, float]:
-    names = [n for n in ("mu_f", "mu_r") if f"{plant}.tyre.{n}" in frame]
-    return {f"{n}_max": float(frame[f"{plant}.tyre.{n}"].max()) for n in names}
+def _tyres(frame: Frame, plant: str) -> dict[str, float]:
+    names = [n for n in ("mu_f", "mu_r") if _has(frame, f"{plant}.tyre.{n}")]
+    return {f"{n}_max": float(_column(frame, f"{plant}.tyre.{n}").max()) for n in names}
 
 
-def _actuation(frame: pd.DataFrame, controller: str) -> dict[str, float]:
+def _actuation(frame: Frame, controller: str) -> dict[str, float]:
     if not _has(frame, f"{controller}.actuation.delta_f"):
         return {}
-    delta = frame[f"{controller}.actuation.delta_f"].to_numpy(float)
-    step = float(frame["time"].diff().iloc[-1]) if len(frame) > 1 else 1.0
-    return {"delta_f_rate_rms": _rms(np.diff(delta) / step) if len(frame) > 1 else 0.0}
+    delta, time = _column(frame, f"{controller}.actuation.delta_f"), _column(frame, "time")
+    return {"delta_f_rate_rms": _rms(np.diff(delta) / (time[-1] - time[-2])) if len(time) > 1 else 0.0}
 
 
-def _planning(frame: pd.DataFrame, plant: str, controller: str) -> dict[str, float]:
+def _planning(frame: Frame, plant: str, controller: str) -> dict[str, float]:
     found: dict[str, float] = {}
     error = path_error(frame, plant, controller)
     if error is not None:
         found |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
     y, upper, lower = (f"{controller}.plan.{s}[1]" for s in ("y", "y_upper", "y_lower"))
     if _has(frame, y, upper, lower):
-        outside = (frame[y] > frame[upper]) | (frame[y] < frame[lower])
+        planned = _column(frame, y)
+        outside = (planned > _column(frame, upper)) | (planned < _column(frame, lower))
         found["corridor_violations"] = float(outside.sum())
     return found
 
 
-def _solver(frame: pd.DataFrame, controller: str) -> dict[str, float]:
+def _solver(frame: Frame, controller: str) -> dict[str, float]:
     found: dict[str, float] = {}
     if _has(frame, f"{controller}.solver.status"):
-        status = frame[f"{controller}.solver.status"]
+        status = _column(frame, f"{controller}.solver.status")
         found["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
         found["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
     for name in ("iterations", "kkt"):
         if _has(frame, f"{controller}.solver.{name}"):
-            found[f"solver_{name}_max"] = float(frame[f"{controller}.solver.{name}"].max())
+            found[f"solver_{name}_max"] = float(_column(frame, f"{controller}.solver.{name}").max())
     return found
 
 
-def _has(frame: pd.DataFrame, *names: str) -> bool:
+def _finite(frame: Frame) -> dict[str, NDArray[Any]]:
+    """The rows in which all numbers are finite."""
+    whole = {name: np.asarray(frame[name]) for name in map(str, frame)}
+    finite = np.ones(len(whole["time"]), dtype=bool)
+    for values in whole.values():
+        if values.dtype.kind == "f":  # others are always finite, or no numbers
+            finite &= np.isfinite(values)
+    return {name: values[finite] for name, values in whole.items()}
+
+
+def _column(frame: Frame, name: str) -> NDArray[np.float64]:
+    return np.asarray(frame[name], dtype=float)
+
+
+def _has(frame: Frame, *names: str) -> bool:
     """Whether all these columns were recorded."""
     return all(name in frame for name in names)
 

@@ -89,6 +89,18 @@ def test_corridor_violations_count_predicted_points_outside():
     assert found["corridor_violations"] == 2
 
 
+def test_columns_that_are_no_data_frame_give_the_same():
+    columns = {
+        "time": np.arange(3) * 0.1,
+        "car.state.r": np.array([0, 0.2, np.inf]),
+        "car.name": np.array([*"abc"], object),
+    }
+    found = compute(columns, ROLES, SCENE)
+    assert found == compute(pd.DataFrame(columns), ROLES, SCENE)
+    assert (found["r_peak"], found["r_dot_peak"]) == (0.2, 2.0)
+    assert compute({name: values[2:] for name, values in columns.items()}, ROLES, SCENE) == {}
+
+
 def test_a_system_without_sockets_has_no_metrics():
     assert compute(rows(), {}, SCENE) == {}
 
