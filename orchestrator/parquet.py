@@ -1,4 +1,7 @@
-"""All rows of a run as one parquet file, with units and provenance in its metadata."""
+"""All rows of a run as one parquet file, with units and provenance in its metadata.
+
+Values go to and from pyarrow by their memory: its own conversions import all of pandas, and a person waits for that.
+"""
 # pyright: basic
 # pyarrow carries no types; everything that leaves this file is annotated.
 
@@ -6,33 +9,57 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from components.interfaces.quantity import Type
+from orchestrator.metrics import Frame
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
 from orchestrator.system import System
 
-if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
-    import pandas as pd
 
+def write_signals(frame: Frame, scenario: Scenario, path: Path) -> None:
+    """All rows as parquet; each column's unit and meaning, and the run's provenance, stand in the metadata.
 
-def write_signals(frame: pd.DataFrame, scenario: Scenario, path: Path) -> None:
-    """All rows as parquet; each column's unit and meaning, and the run's provenance, stand in the metadata."""
+    What is no number (NaN) is null in the file, as data frames have it.
+    """
     known = {"time": {"unit": "s", "description": "simulated time"}, **_descriptions(scenario.system)}
-    table = pa.Table.from_pandas(frame, preserve_index=False)
-    for i, name in enumerate(table.column_names):
-        field = table.schema.field(i).with_metadata(known[name])
-        table = table.set_column(i, field, table.column(i))
+    columns = {name: _array(np.asarray(frame[name])) for name in map(str, frame)}
+    fields = [pa.field(name, column.type, metadata=known[name]) for name, column in columns.items()]
     provenance = {
         "macrostep": json.dumps({"scenario": scenario.name, "step": scenario.h, "versions": versions()}),
         "units": json.dumps({name: told["unit"] for name, told in known.items()}),
     }
-    pq.write_table(table.replace_schema_metadata({**(table.schema.metadata or {}), **provenance}), path)
+    pq.write_table(pa.Table.from_arrays([*columns.values()], schema=pa.schema(fields, provenance)), path)
+
+
+def _array(values: np.ndarray[Any, Any]) -> pa.Array:
+    if values.dtype == object:
+        return _texts(values)
+    if values.dtype == bool:
+        return pa.Array.from_buffers(pa.bool_(), len(values), [None, _bits(values)])
+    missing = np.isnan(values) if values.dtype.kind == "f" else np.zeros(0, dtype=bool)
+    present = _bits(~missing) if missing.any() else None
+    data = pa.py_buffer(np.ascontiguousarray(values))
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [present, data])
+
+
+def _texts(values: np.ndarray[Any, Any]) -> pa.Array:
+    """Texts, or bytes: one after the other, and where each begins."""
+    if not len(values):
+        return pa.nulls(0)
+    kind = pa.large_string() if isinstance(values[0], str) else pa.large_binary()
+    parts = [value.encode() if isinstance(value, str) else value for value in values]
+    begins = np.cumsum([0, *map(len, parts)], dtype=np.int64)
+    return pa.Array.from_buffers(kind, len(parts), [None, pa.py_buffer(begins), pa.py_buffer(b"".join(parts))])
+
+
+def _bits(values: np.ndarray[Any, Any]) -> pa.Buffer:
+    return pa.py_buffer(np.packbits(values, bitorder="little"))
 
 
 def _descriptions(system: System) -> dict[str, dict[str, str]]:
@@ -54,7 +81,6 @@ def read_columns(path: Path) -> dict[str, Any]:
 
 
 def _values(column: pa.ChunkedArray) -> np.ndarray[Any, Any]:
-    """The values without a detour: `read_table` and pyarrow's own conversion to numpy import all of pandas."""
     kind = column.type
     if pa.types.is_boolean(kind) and not column.null_count:
         return np.array(column.to_pylist(), dtype=bool)
