@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from components.interfaces.problem import Problem, refuse
+from components.interfaces.problem import Problem, RequestError, refuse
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
     from orchestrator.pictures import Signal
@@ -98,10 +98,15 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
     if run.has_rows:
         from orchestrator.comparison import rebuild  # noqa: PLC0415 - Rerun is slow to import
 
-        rebuild(run, copy)
-        state = "no recording.rrd" if run.recording is None else "a recording.rrd that is damaged"
-        tell(f"{run.where}: {state}; opening one made from signals.parquet")
-        return copy
+        try:
+            rebuild(run, copy)
+        except RequestError:  # killed while it wrote them
+            if run.recording is None:
+                raise
+        else:
+            state = "no recording.rrd" if run.recording is None else "a recording.rrd that is damaged"
+            tell(f"{run.where}: {state}; opening one made from signals.parquet")
+            return copy
     if run.recording is not None:
         _rerun("rrd", "optimize", "--continue-on-error", str(run.recording), "-o", str(copy))
         if copy.is_file() and _is_whole(copy):
@@ -111,11 +116,19 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
 
 
 def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[str, Any]:
-    """All rows of a run by column, from `signals.parquet`, or from its recording where that is missing."""
+    """All rows of a run by column, from `signals.parquet`, or from its recording where that is missing.
+
+    Raises `RequestError`.
+    """
     if run.has_rows and run.folder is not None:
         import pandas as pd  # noqa: PLC0415 - slow to import
 
-        frame = pd.read_parquet(run.folder / SIGNALS)
+        path = run.folder / SIGNALS
+        try:
+            frame = pd.read_parquet(path)
+        except (OSError, ValueError) as error:
+            remedy = "Run it again, or open recording.rrd itself."
+            raise refuse(str(path), "a file that cannot be read", "the signals.parquet of a run", remedy) from error
         return {str(name): frame[name].to_numpy() for name in frame}
     import numpy as np  # noqa: PLC0415
 

@@ -5,8 +5,10 @@ Needs a Vulkan driver, also one in software (Debian: mesa-vulkan-drivers, libvul
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
+import tempfile
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,13 +25,15 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
 
     The viewer greets with a notice in its upper right corner, which goes after a few seconds: `settle` [s].
 
-    Raises `RequestError` where there is no viewer or no graphics driver.
+    Raises `RequestError` where there is no viewer or no graphics driver, and for a recording without anything to show.
     """
     from orchestrator.rerun_stream import screenshots  # noqa: PLC0415 - Rerun is slow to import
 
     try:
         with headless_viewer() as url:
             return list(screenshots(url, recording, times, settle))
+    except ValueError as error:
+        raise refuse(recording.name, str(error), "a recording of a run", "Run it again.") from error
     except ConnectionError as error:
         remedy = "Debian: apt-get install mesa-vulkan-drivers libvulkan1"
         raise refuse(
@@ -54,13 +58,17 @@ def headless_viewer() -> Generator[str]:
         found.bind((LOOPBACK, 0))
         port = found.getsockname()[1]
     command = [program(), "--headless", "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # noqa: S603 - our own program
-    try:
-        yield f"rerun+http://{LOOPBACK}:{port}/proxy"
-    finally:
-        process.terminate()
+    with tempfile.TemporaryDirectory(prefix="macrostep_viewer_", ignore_cleanup_errors=True) as scratch:
+        # it leaves its files behind when it is ended
+        process = subprocess.Popen(  # noqa: S603 - our own program
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": scratch}
+        )
         try:
-            process.wait(_ENDS_WITHIN)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+            yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+        finally:
+            process.terminate()
+            try:
+                process.wait(_ENDS_WITHIN)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()

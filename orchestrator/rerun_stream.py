@@ -124,12 +124,13 @@ def read_series(path: Path) -> dict[str, tuple[NDArray[np.int64], NDArray[np.flo
 def screenshots(url: str, recording: Path, times: Sequence[float | None], settle: float) -> Iterator[bytes]:
     """Open a recording in the viewer at `url`, and after `settle` [s] give a PNG of the window at each time [s].
 
-    Raises `ConnectionError` when the viewer does not answer.
+    Raises `ConnectionError` when the viewer does not answer, and `ValueError` when it finds nothing to show.
     """
     try:
         viewer = _patiently(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN)
         _patiently(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN)
-        _patiently(lambda: _loaded(viewer), _ANSWERS_WITHIN)
+        if not _loads(viewer):
+            raise ValueError("nothing that the viewer can show")
         clock.sleep(settle)
         for time in times:
             if time is not None:
@@ -154,10 +155,15 @@ def _patiently(action: Callable[[], Any], seconds: float) -> Any:
             clock.sleep(0.1)
 
 
-def _loaded(viewer: ViewerClient) -> None:
-    state = viewer.get_state()
-    if not state.recordings or state.loading or not state.views:
-        raise RuntimeError("the viewer does not load the recording")
+def _loads(viewer: ViewerClient) -> bool:
+    """Wait until a recording is loaded and has views; whether that comes."""
+    deadline = clock.monotonic() + _ANSWERS_WITHIN
+    while clock.monotonic() < deadline:
+        state = viewer.get_state()
+        if state.recordings and state.views and not state.loading:
+            return True
+        clock.sleep(0.1)
+    return False
 
 
 def _still_picture(viewer: ViewerClient) -> bytes:

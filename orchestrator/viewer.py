@@ -8,6 +8,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from math import isfinite
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
@@ -33,6 +34,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     runs = _found(requests, differences)
     if times and picture is None:
         raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
+    raise_if_any(Problem("--at", f"{time:g}", "a finite number of seconds") for time in times if not isfinite(time))
     if not web and picture is None:
         _check_display()
     with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:

@@ -74,6 +74,21 @@ def test_a_damaged_or_missing_recording_is_made_anew_from_the_rows(run, scratch)
         np.testing.assert_array_equal(found[entity][1], expected[entity][1])
 
 
+def test_rows_that_cannot_be_read_leave_the_recording(run, scratch):
+    _cut(run, 0.6)
+    (run / "signals.parquet").write_bytes(b"PAR1, cut short")
+    said = []
+    kept_run.whole_recording(kept_run.find(run), scratch, said.append)
+    assert said == [f"{run}: the recording was cut short or is damaged; opening a repaired copy of what can be read"]
+    (run / "recording.rrd").unlink()
+    with pytest.raises(RequestError) as raised:
+        kept_run.whole_recording(kept_run.find(run), scratch, said.append)
+    assert str(raised.value) == (
+        f"{run / 'signals.parquet'}: found a file that cannot be read; valid: the signals.parquet of a run. "
+        "Run it again, or open recording.rrd itself."
+    )
+
+
 def test_rows_are_the_same_from_parquet_and_from_the_recording(run, scratch):
     frame = pd.read_parquet(run / "signals.parquet")
     (run / "signals.parquet").unlink()

@@ -6,6 +6,7 @@ import io
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -14,7 +15,8 @@ import pytest
 from PIL import Image
 
 from components.interfaces.problem import RequestError
-from orchestrator import palette, viewer
+from orchestrator import palette, rerun_stream, viewer
+from orchestrator.live import answers
 from orchestrator.photograph import headless_viewer, photograph
 from tests.orchestrator.chromium import PROGRAM, Chromium
 
@@ -160,9 +162,29 @@ def test_the_viewer_listens_on_this_machine_only(static, graphics, web):
     assert all(address.startswith("0100007F:") for address in found)
 
 
-def test_a_headless_viewer_ends_with_its_block():
+def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     with headless_viewer() as url:
         assert url.startswith("rerun+http://127.0.0.1:")
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not answers(url):
+            time.sleep(0.1)
+        assert list(tmp_path.iterdir())
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, tmp_path):
+    monkeypatch.setattr(rerun_stream, "_ANSWERS_WITHIN", 5.0)
+    path = tmp_path / "a.rrd"
+    path.write_bytes(b"RRF2")
+    with pytest.raises(RequestError) as raised:
+        photograph(path, [None])
+    assert str(raised.value) == (
+        "a.rrd: found nothing that the viewer can show; valid: a recording of a run. Run it again."
+    )
 
 
 @pytest.fixture
@@ -206,6 +228,10 @@ def test_options_that_do_not_fit_are_refused(static, refused, tmp_path):
     ]
     assert refused(static, times=[1.0]) == [
         "--at: found no picture to be taken; valid: --at together with --picture FILE.png"
+    ]
+    assert refused(static, picture=tmp_path / "a.png", times=[1.0, float("nan"), float("inf")]) == [
+        "--at: found nan; valid: a finite number of seconds",
+        "--at: found inf; valid: a finite number of seconds",
     ]
     wrong = tmp_path / "picture.jpg"
     assert refused(static, picture=wrong) == [

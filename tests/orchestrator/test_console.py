@@ -1,0 +1,14 @@
+"""What is said on the terminal stands there as it was written."""
+
+from __future__ import annotations
+
+import pytest
+
+from orchestrator import console
+
+
+@pytest.mark.parametrize("stream", [console.out, console.err], ids=["out", "err"])
+def test_a_pattern_does_not_become_an_emoji(stream):
+    with stream.capture() as said:
+        stream.print("--record plant.*:x: and plant.*:-1:", markup=False)
+    assert said.get() == "--record plant.*:x: and plant.*:-1:\n"
