@@ -94,7 +94,7 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
     """
     if run.recording is not None and _is_whole(run.recording):
         return run.recording
-    copy = scratch / f"{run.name}.rrd"
+    copy = scratch / f"{run.name.removesuffix('.rrd')}.rrd"
     if run.has_rows:
         from orchestrator.comparison import rebuild  # noqa: PLC0415 - Rerun is slow to import
 
