@@ -14,13 +14,12 @@ from rich.table import Table
 from orchestrator import run_options
 from orchestrator.console import err, out
 from orchestrator.console import working as _working
-from orchestrator.drawing import FigureProcess
 from orchestrator.export_command import export
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run_options import Fmi
 
 # The commands import what they need themselves: a person waits for every library that is imported here, and while
-# `run` imports its own, the process for the figures does the same on another core.
+# `run` imports its own, the process that records does the same on another core.
 
 FAULT, WRONG, INTERRUPTED = 1, 2, 130
 """Exit codes: the run ended in a fault; the request was wrong; Ctrl-C."""
@@ -64,7 +63,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     """
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
     with ExitStack() as watching:
-        with _working() as progress, FigureProcess() as drawing, RecordingProcess() as recording:
+        with _working() as progress, RecordingProcess() as recording:
             from fmus.version import Version  # noqa: PLC0415
             from orchestrator.live import Live, wish  # noqa: PLC0415
             from orchestrator.run import Beside, execute, load  # noqa: PLC0415
@@ -85,7 +84,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
             loaded = load(scenario, options, progress)
             stream = None if wanted is None else watching.enter_context(Live(wanted, _tell))
-            finished = execute(loaded, folder, progress, Beside(drawing, recording, stream, realtime))
+            finished = execute(loaded, folder, progress, Beside(recording, stream, realtime))
         code = _conclude(finished, loaded.remarks)
         if stream is not None and err.is_terminal:
             stream.stay()

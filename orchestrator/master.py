@@ -10,10 +10,9 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from components.interfaces.conversion import IDENTITY
@@ -26,6 +25,9 @@ from orchestrator.lowering import Call, Lowered
 from orchestrator.schedule import Algorithm, Schedule, algorithm_named, schedule
 from orchestrator.system import System
 from orchestrator.table import Table
+
+if TYPE_CHECKING:  # slow to import, and a run has no need of it
+    import pandas as pd
 
 
 class SimulationError(RuntimeError):
@@ -189,6 +191,12 @@ class Simulation:
         return path
 
     def frame(self) -> pd.DataFrame:
+        """All rows so far as a data frame of the `columns`."""
+        import pandas as pd  # noqa: PLC0415
+
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, NDArray[Any]]:
         """All rows so far: column `time` [s], then one per signal element, then the inputs that were written.
 
         With a choice of what is recorded, the rows of all ticks at which something was; NaN where a signal was not.
@@ -197,7 +205,7 @@ class Simulation:
         columns: dict[str, Any] = {"time": ticks * self.h, **kept}
         for path in dict.fromkeys(path for _, path, _ in self._written):
             columns |= self._received(path, columns, ticks)
-        return pd.DataFrame(columns)
+        return columns
 
     def _received(self, path: str, columns: Mapping[str, Any], ticks: NDArray[np.int64]) -> dict[str, Any]:
         """What a written input received in each row: its connection's values, or those that were written.

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Final, cast
 
 import numpy as np
-import pandas as pd
 
 from components.interfaces.problem import refuse
 from fmus.version import Version
@@ -66,14 +65,18 @@ def _numbered(path: Path) -> bool:
 
 
 def summary(
-    scenario: Scenario, simulation: Simulation, frame: pd.DataFrame, ended: SimulationError | KeyboardInterrupt | None
+    scenario: Scenario,
+    simulation: Simulation,
+    columns: Mapping[str, Any],
+    ended: SimulationError | KeyboardInterrupt | None,
 ) -> dict[str, Any]:
-    """The run in one page, for a person and for a machine."""
+    """The run in one page, for a person and for a machine; `columns` are those of the simulation."""
     roles = {socket.name: unit for unit, socket in scenario.system.sockets.items()}
     found: dict[str, float] = {}
-    if scenario.scene is not None and len(frame):
+    if scenario.scene is not None and len(columns["time"]):
         # what is not there at every tick could only give metrics that are not those of the run
-        found = metrics.compute(frame[["time", *simulation.log.at_every_tick]], roles, scenario.scene)
+        dense = {name: columns[name] for name in ("time", *simulation.log.at_every_tick)}
+        found = metrics.compute(dense, roles, scenario.scene)
     times = simulation.step_times[: simulation.log.kept] * 1e6
     told: dict[str, Any] = {
         "scenario": scenario.name,
@@ -86,7 +89,7 @@ def summary(
         "units": units(scenario.system),
         "connections": [str(c) for c in scenario.system.connections],
         "parameters": scenario.sources,
-        "timing": _timing(times) if len(frame) else {},
+        "timing": _timing(times) if len(times) else {},
         "versions": versions(),
     }
     if isinstance(ended, SimulationError):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import logging
+import traceback
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,10 +13,9 @@ from typing import Any
 
 from components.interfaces.problem import refuse
 from orchestrator import recorder, ssp_reader
-from orchestrator.drawing import FigureProcess
 from orchestrator.isolation import isolated
 from orchestrator.live import Live
-from orchestrator.log import EVERYTHING, paces
+from orchestrator.log import EVERYTHING, paces, without_gaps
 from orchestrator.master import Simulation, SimulationError
 from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
@@ -78,14 +80,15 @@ def in_this_manner(scenario: Scenario, options: Options) -> Scenario:
 
 @dataclass(frozen=True)
 class Beside:
-    """What goes on beside the stepping."""
+    """What goes on beside the stepping, and after it."""
 
-    drawing: FigureProcess
     recording: Recorder
     live: Live | None = None
     """Who streams to a viewer"""
     realtime: float | None = None
     """Seconds to simulate in a second; as fast as possible if not given"""
+    figures: bool = True
+    """Whether figures are drawn"""
 
 
 def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], beside: Beside) -> Finished:
@@ -113,17 +116,16 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         ended = fault or _step(simulation, pacer)
     for stream in streams:
         stream.end({**request.about, "status": recorder.status(ended)})
-    frame = simulation.frame()
-    write_signals(frame, scenario, folder / "signals.parquet")
-    beside.drawing.start(folder)
-    told = recorder.summary(scenario, simulation, frame, ended)
+    columns = simulation.columns()
+    write_signals(columns, scenario, folder / "signals.parquet")
+    told = recorder.summary(scenario, simulation, columns, ended)
     if pacer is not None:
         told["realtime"] = pacer.report()
+    progress("drawing the figures")  # while the recording is written on another core
+    if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
+        told["figures"] = f"not drawn: {failed}"
     progress("writing the recording")
     notes = _recorded(beside, request, simulation, told["status"])
-    progress("drawing the figures")
-    if failed := beside.drawing.wait():
-        told["figures"] = f"not drawn: {failed.splitlines()[-1]}"
     recorder.write_summary(told, folder)
     return Finished(folder, told, ended, notes)
 
@@ -156,6 +158,23 @@ def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | Keyb
     except (SimulationError, KeyboardInterrupt) as error:
         return error
     return None
+
+
+def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
+    """Draw the figures of signals that have no gaps; what went wrong, in a line, or nothing."""
+    whole = {"time", *without_gaps(scenario.system, scenario.record)}
+    rows = {name: values for name, values in columns.items() if name in whole}
+    if scenario.scene is None or not len(rows["time"]):
+        return ""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its cache of fonts is nothing to tell of a run
+    try:
+        from orchestrator import figures  # noqa: PLC0415 - slow to import; the stepping need not wait for it
+
+        with warnings.catch_warnings(action="ignore"):
+            figures.draw(rows, scenario.system, scenario.scene, folder)
+    except Exception as error:  # noqa: BLE001 - the run is worth its while without them, and the summary tells
+        return traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
+    return ""
 
 
 def _recorded(beside: Beside, request: Request, simulation: Simulation, status: str) -> tuple[str, ...]:

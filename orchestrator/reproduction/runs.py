@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from typing_extensions import override
-
 from components import BLOCKS
 from fmus.version import Version
 from orchestrator import run as runner
 from orchestrator import scenario
-from orchestrator.drawing import FigureProcess, draw_folder
 from orchestrator.recorder import SUMMARY
 from orchestrator.recording import Afterwards
 from orchestrator.reproduction.experiments import Experiments, Role, Run
@@ -41,23 +38,6 @@ class Outcome:
     def summary(self) -> dict[str, Any]:
         """What stands in the folder's `summary.json`."""
         return json.loads((self.folder / SUMMARY).read_text("utf-8"))
-
-
-class _Drawn(FigureProcess):
-    """Figures drawn in this process, which is one of several; none where nobody would look at them."""
-
-    def __init__(self, *, wanted: bool) -> None:
-        self._wanted = wanted
-
-    @override
-    def start(self, folder: Path) -> None:
-        self._folder = folder
-
-    @override
-    def wait(self) -> str:
-        if self._wanted:
-            draw_folder(self._folder)
-        return ""
 
 
 def options(run: Run) -> Options:
@@ -100,9 +80,10 @@ def build_blocks(names: set[str], progress: Callable[[str], None]) -> None:
 def execute(run: Run, folder: Path) -> Outcome:
     """One run with its folder; those of a sweep without figures."""
     made = scenario.prepare(run.scenario, options(run))
-    drawing = _Drawn(wanted=run.role is not Role.SWEEP)
-    runner.execute(made, folder, lambda _: None, runner.Beside(drawing, Afterwards()))
-    return Outcome(run, folder, made.remarks)
+    beside = runner.Beside(Afterwards(), figures=run.role is not Role.SWEEP)
+    told = runner.execute(made, folder, lambda _: None, beside).summary
+    figures = (f"figures {told['figures']}",) if "figures" in told else ()
+    return Outcome(run, folder, made.remarks + figures)
 
 
 def execute_all(

@@ -43,7 +43,7 @@ NO_PICTURES = pytest.mark.usefixtures("without_pictures")
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
     monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
-    monkeypatch.setattr("orchestrator.drawing.FigureProcess.start", lambda *_: None)
+    monkeypatch.setattr("orchestrator.figures.draw", lambda *_: [])
 
 
 @pytest.fixture

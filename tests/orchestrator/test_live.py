@@ -9,7 +9,7 @@ import subprocess
 import time
 import urllib.request
 from collections import defaultdict
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -26,16 +26,6 @@ from orchestrator.scenario import Options, prepare
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 
 PROC = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks for listeners in /proc")
-
-
-class NoFigures(nullcontext):
-    """Figures have tests of their own."""
-
-    def start(self, folder):
-        pass
-
-    def wait(self):
-        return ""
 
 
 def wrong(**options):
@@ -153,7 +143,7 @@ def values(path):
 def test_a_viewer_sees_what_the_recording_holds(tmp_path):
     made = prepare("static", Options(mode="blocks", stop_time=2.0))
     with Live(Wish(viewer=False), lambda _: None) as stream, saving(stream._url, tmp_path / "seen.rrd"):
-        beside = Beside(NoFigures(), Afterwards(), stream, realtime=1.0)
+        beside = Beside(Afterwards(), stream, realtime=1.0, figures=False)
         finished = execute(made, tmp_path / "r", lambda _: None, beside)
         expected = values(tmp_path / "r" / "recording.rrd")
         deadline = time.monotonic() + 20

@@ -11,8 +11,9 @@ import socket
 import subprocess
 import sys
 import time
+import warnings
 from collections import defaultdict
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,6 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orchestrator import live, pictures, run
-from orchestrator.drawing import draw_folder
 from orchestrator.live import Live, Wish
 from orchestrator.pacing import Pacer
 from orchestrator.recording import Afterwards
@@ -33,16 +33,6 @@ from orchestrator.scenario import Options, prepare
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 
 WALL_TIME = ["timing", "realtime"]
-
-
-class NoFigures(nullcontext):
-    """Figures have tests of their own."""
-
-    def start(self, folder):
-        pass
-
-    def wait(self):
-        return ""
 
 
 def static(**options):
@@ -82,7 +72,7 @@ def assert_same_values(folder, system):
 def test_the_recording_and_the_parquet_file_hold_the_same_values(tmp_path, record):
     made = static(stop_time=3.0, record=record)
     with RecordingProcess() as recording:
-        finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), recording))
+        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, figures=False))
     partly = "not every signal is recorded at every tick; what is computed from it is left out"
     assert finished.notes == ((partly,) if record else ())
     assert_same_values(tmp_path / "r", made.system)
@@ -90,9 +80,9 @@ def test_the_recording_and_the_parquet_file_hold_the_same_values(tmp_path, recor
 
 def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
     made = static(stop_time=2.0)
-    execute(made, tmp_path / "fast", lambda _: None, Beside(NoFigures(), Afterwards()))
+    execute(made, tmp_path / "fast", lambda _: None, Beside(Afterwards(), figures=False))
     with RecordingProcess() as recording:
-        execute(made, tmp_path / "paced", lambda _: None, Beside(NoFigures(), recording, realtime=2.0))
+        execute(made, tmp_path / "paced", lambda _: None, Beside(recording, realtime=2.0, figures=False))
     assert_same_values(tmp_path / "paced", made.system)
     fast, paced = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("fast", "paced"))
     assert fast.equals(paced)
@@ -111,29 +101,42 @@ def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(t
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
         monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 10 else None)
-        finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), recording, realtime=4.0))
+        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, realtime=4.0, figures=False))
     assert finished.notes == ()
     assert_same_values(tmp_path / "r", made.system)
 
 
 def test_metrics_that_need_what_was_not_recorded_are_left_out(tmp_path):
     made = static(stop_time=2.0, record=["plant.state.*"])
-    finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
+    finished = execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
     assert {"r_peak", "gap_edge", "v_x_max"} <= finished.summary["metrics"].keys()
     assert not {"gap_obstacle", "path_error_max", "mu_f_max"} & finished.summary["metrics"].keys()
     made = static(stop_time=2.0, record=["*:3", "plant.state.x"])
-    finished = execute(made, tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
+    finished = execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
     assert finished.summary["metrics"] == {}
     assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 21
 
 
 @pytest.mark.parametrize("record", [["plant.*", "controller.*:4"], ["*:2"], ["traffic.*:2", "plant.*:3"]], ids=str)
 def test_figures_are_drawn_of_signals_that_have_no_gaps(tmp_path, record):
-    execute(static(stop_time=2.0, record=record), tmp_path / "r", lambda _: None, Beside(NoFigures(), Afterwards()))
-    draw_folder(tmp_path / "r")
+    execute(static(stop_time=2.0, record=record), tmp_path / "r", lambda _: None, Beside(Afterwards()))
     drawn = {path.stem for path in (tmp_path / "r" / "figures").iterdir()}
     assert ("yaw_rate" in drawn) == (len(record) == 1 or record[0] == "plant.*")
     assert ("path_error" in drawn) == (len(record) == 1)
+
+
+def test_figures_that_cannot_be_drawn_are_told_of_and_nothing_else_is_missing(tmp_path, monkeypatch, capfd):
+    def draw(*_):
+        warnings.warn("a warning of matplotlib", stacklevel=1)
+        raise ValueError("no fonts\nat all")
+
+    monkeypatch.setattr("orchestrator.figures.draw", draw)
+    made = static(stop_time=1.0)
+    execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards()))
+    told = json.loads((tmp_path / "r" / "summary.json").read_text())
+    assert (told["figures"], told["status"]) == ("not drawn: at all", "finished")
+    assert_same_values(tmp_path / "r", made.system)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_ctrl_c_ends_a_run_in_order(tmp_path):
@@ -182,7 +185,7 @@ def run_to_be_killed(folder, stepped, recorder_pid):
     Pacer.done = done
     with RecordingProcess() as recording:
         recorder_pid.value = recording._process.pid
-        execute(static(stop_time=1000.0), folder, lambda _: None, Beside(NoFigures(), recording, realtime=1.0))
+        execute(static(stop_time=1000.0), folder, lambda _: None, Beside(recording, realtime=1.0, figures=False))
 
 
 def killed(context, folder, seed):
@@ -279,10 +282,10 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
         alone, recording, viewing = RecordingProcess(), RecordingProcess(), Live(Wish(url=url), said.append)
         for each in (alone, recording, viewing):
             stack.enter_context(each)
-        execute(made, tmp_path / "alone", lambda _: None, Beside(NoFigures(), alone, realtime=2.0))
+        execute(made, tmp_path / "alone", lambda _: None, Beside(alone, realtime=2.0, figures=False))
         tails.append(time.monotonic() - [*ended.values()][-1])
         monkeypatch.setattr(Pacer, "done", lambda _, tick: stop() if tick == 20 else None)
-        beside = Beside(NoFigures(), recording, viewing, realtime=2.0)
+        beside = Beside(recording, viewing, realtime=2.0, figures=False)
         finished = execute(made, tmp_path / "watched", lambda _: None, beside)
         tails.append(time.monotonic() - [*ended.values()][-1])
     assert tails[1] < max(3.0, tails[0] + live._FOLLOWS_WITHIN + 1.0)
