@@ -111,7 +111,7 @@ class Live:
             why = "no display here; " if self._wish.viewer else ""
             self._tell(f"{why}live at {self._url}, look with: rerun {self._url}")
         self._stays = window
-        self._server = serve(port, how)
+        self._server = serve(port, how, stays=window)
         if not listens(port, _STARTS_WITHIN, self._server):
             self._tell("the viewer did not start; the run goes on without it")
             self._url = None
@@ -134,7 +134,7 @@ class Live:
     def wait(self) -> str:
         """Let the viewer take what is left, but not for long; what it did not get, in a line, or nothing."""
         problem = self._process.wait(max(0.0, self._deadline - time.monotonic()))
-        return f"the viewer did not take the whole run ({problem}); the recording has it" if problem else ""
+        return "the viewer did not take the whole run in time; the recording has it" if problem else ""
 
     def stay(self) -> None:
         """Keep a page in the browser up until Ctrl-C; it has no process of its own that a person could close."""
@@ -144,12 +144,16 @@ class Live:
                 self._server.wait()
 
 
-def serve(port: int, how: list[str]) -> subprocess.Popen[bytes]:
-    """Start Rerun's program with a server on `port` of this machine alone."""
+def serve(port: int, how: list[str], *, stays: bool = False) -> subprocess.Popen[bytes]:
+    """Start Rerun's program with a server on `port` of this machine alone; only one that `stays` may outlive us."""
     command = [viewer.program(), "--bind", LOOPBACK, "--port", str(port), *how]
     # a session of its own: Ctrl-C in the terminal is for the run, and a window stays open after it
     return subprocess.Popen(  # noqa: S603 - the program that rerun-sdk brings
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=None if stays else viewer.end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
     )
 
 

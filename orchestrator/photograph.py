@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from components.interfaces.problem import refuse
-from orchestrator.viewer import LOOPBACK, program
+from orchestrator.viewer import LOOPBACK, end_with_parent, program
 
 _ENDS_WITHIN, _GREETS = 10.0, 6.0
 """[s]"""
@@ -61,7 +61,11 @@ def headless_viewer() -> Generator[str]:
     with tempfile.TemporaryDirectory(prefix="macrostep_viewer_", ignore_cleanup_errors=True) as scratch:
         # it leaves its files behind when it is ended
         process = subprocess.Popen(  # noqa: S603 - our own program
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": scratch}
+            command,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "TMPDIR": scratch},
+            preexec_fn=end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
         )
         try:
             yield f"rerun+http://{LOOPBACK}:{port}/proxy"

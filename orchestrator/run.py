@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import logging
+import signal
+import threading
 import traceback
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -111,22 +113,26 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         folder = recorder.new_folder(scenario.name, out)
         recorder.write_system(scenario, folder)
         request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
-        _begin(streams, request, simulation, wait=pacer is not None)
-        progress(f"stepping {scenario.name}")
-        ended = fault or _step(simulation, pacer)
-    for stream in streams:
-        stream.end({**request.about, "status": recorder.status(ended)})
-    columns = simulation.columns()
-    write_signals(columns, scenario, folder / "signals.parquet")
-    told = recorder.summary(scenario, simulation, columns, ended)
-    if pacer is not None:
-        told["realtime"] = pacer.report()
-    progress("drawing the figures")  # while the recording is written on another core
-    if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
-        told["figures"] = f"not drawn: {failed}"
-    progress("writing the recording")
-    notes = _recorded(beside, request, simulation, told["status"])
-    recorder.write_summary(told, folder)
+        try:
+            _begin(streams, request, simulation, wait=pacer is not None or beside.live is not None)
+            progress(f"stepping {scenario.name}")
+            ended = fault or _step(simulation, pacer)
+        except KeyboardInterrupt as interrupt:  # before the first step
+            ended = fault or interrupt
+    with _undisturbed():
+        for stream in streams:
+            stream.end({**request.about, "status": recorder.status(ended)})
+        columns = simulation.columns()
+        write_signals(columns, scenario, folder / "signals.parquet")
+        told = recorder.summary(scenario, simulation, columns, ended)
+        if pacer is not None:
+            told["realtime"] = pacer.report()
+        progress("drawing the figures")  # while the recording is written on another core
+        if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
+            told["figures"] = f"not drawn: {failed}"
+        progress("writing the recording")
+        notes = _recorded(beside, request, simulation, told["status"])
+        recorder.write_summary(told, folder)
     return Finished(folder, told, ended, notes)
 
 
@@ -135,6 +141,19 @@ def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation
         stream.begin(request, simulation)
     for stream in streams if wait else ():
         stream.wait_until_open()
+
+
+@contextmanager
+def _undisturbed() -> Generator[None]:
+    """What a run leaves behind is written in any case: Ctrl-C waits for the few seconds that it takes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:

@@ -93,10 +93,20 @@ class Document:
         return self.package.findings
 
 
+_folders: list[Path] = []
+
+
+@atexit.register
+def remove_packages() -> None:
+    """Remove all that was unpacked; for a process that ends without saying so."""
+    while _folders:
+        shutil.rmtree(_folders.pop(), ignore_errors=True)
+
+
 def open_package(path: Path, where: str, findings: Findings) -> Package:
     """Unpack an SSP into a folder that lasts as long as this process. Raises `RequestError`."""
     folder = Path(tempfile.mkdtemp(prefix="macrostep_ssp_")).resolve()
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    _folders.append(folder)
     unpack(path, folder, where, VALID)
     return Package(folder, where, findings)
 

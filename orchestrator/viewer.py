@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -46,6 +48,14 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
 
         for made in write_pictures(path, picture, times):
             tell(str(made))
+
+
+def end_with_parent() -> Callable[[], object] | None:
+    """What a child process does first so that it ends when the one that started it dies; None where there is no way."""
+    if not sys.platform.startswith("linux"):
+        return None
+    prctl = ctypes.CDLL(None).prctl
+    return lambda: prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
