@@ -22,9 +22,12 @@ import traceback
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.abc import MetaPathFinder
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Final, Protocol, Self
+
+from typing_extensions import override
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
     from orchestrator.log import Batch, Element
@@ -169,8 +172,18 @@ def _write(stream: IO[bytes], message: object) -> None:
     stream.flush()
 
 
+class _WithoutPandas(MetaPathFinder):
+    """Hides pandas, which recording has no need of: pyarrow imports all of it as soon as Rerun hands it a list."""
+
+    @override
+    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
+        if fullname == "pandas":
+            raise ModuleNotFoundError("left out of the process that records", name=fullname)
+
+
 def main(stream: IO[bytes]) -> None:
     """The recording side: read messages until they end."""
+    sys.meta_path.insert(0, _WithoutPandas())
     messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(stream, messages), daemon=True).start()
     _get_ready()

@@ -68,6 +68,18 @@ def test_a_run_leaves_a_complete_folder(macrostep, in_tmp_path):
     assert "runs/static-1/" in out
 
 
+def test_a_run_imports_nothing_slow_that_it_has_no_need_of(in_tmp_path):
+    script = (
+        "import sys; from orchestrator import cli\n"
+        "try: cli.main()\n"
+        "except SystemExit: print(*{'pandas', 'rerun', 'scipy.optimize', 'matplotlib.pyplot'} & {*sys.modules})"
+    )
+    command = [sys.executable, "-c", script, "run", "static", "--blocks", "--stop-time", "1", "--out", "r"]
+    said = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert said.stdout.splitlines()[-1] == ""
+    assert (in_tmp_path / "r" / "summary.json").is_file()
+
+
 @NO_PICTURES
 def test_the_next_run_takes_the_next_number(macrostep, in_tmp_path):
     for _ in range(2):

@@ -79,6 +79,20 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     assert "cut short" in said
 
 
+def test_the_process_does_without_pandas_which_takes_longer_to_import_than_rerun(simulation, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPROFILEIMPORTTIME", "1")
+    simulation.run()
+    with RecordingProcess() as process:
+        process.begin(request(simulation, tmp_path), simulation)
+        process.end({})
+        assert process.wait() == ""
+        process._said.seek(0)
+        imported = {line.rpartition(b"|")[2].strip() for line in process._said.readlines()}
+    assert {b"rerun", b"pyarrow"} <= imported
+    assert not {name for name in imported if name.startswith((b"pandas.", b"matplotlib."))}
+    assert read(tmp_path)[0] == 21
+
+
 def test_a_process_of_which_nothing_was_asked_is_gone_at_once():
     with RecordingProcess() as process:
         pid = process._process
