@@ -55,7 +55,9 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     _refuse_other_interfaces(root, place)
     broken = list(_schema_breaches(root, version))
     fatal = [_fatal(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)]
-    fatal += [_fatal(place, line, text, "what the file declares") for line, text in _dangling(root, version)]
+    fatal += [
+        _fatal(place, line, text, "what the file declares") for line, text in dict.fromkeys(_dangling(root, version))
+    ]
     if not lenient:
         fatal = [*(_problem(place, line, text, version) for line, text in broken[:_MOST]), *fatal]
     raise_if_any(fatal[:_MOST])

@@ -16,6 +16,7 @@ from fmus.unit import Interface
 from orchestrator.mapping import Fitting, fit
 from orchestrator.mapping_file import MappingFile
 from orchestrator.mapping_reader import read_mapping
+from orchestrator.schedule import schedule
 from orchestrator.system import Fmu
 from orchestrator.template import relative, template, write_template
 
@@ -68,7 +69,12 @@ def _ssp(path: Path) -> Checked:
     )
     lines += ["", "connections", *(f"  {wire}" for wire in system.connections)]
     lines += [f"  {path} = {value}" for path, value in system.held.items()]
-    return Checked((*lines, *(f"note: {remark}" for remark in scenario.remarks)), good=True)
+    lines += [f"note: {remark}" for remark in scenario.remarks]
+    try:
+        schedule(system, scenario.algorithm)
+    except RequestError as error:
+        return Checked(tuple(lines), good=False, problems=error.problems)
+    return Checked(tuple(lines), good=True)
 
 
 def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:

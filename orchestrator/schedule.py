@@ -206,21 +206,29 @@ def _check_loops(  # noqa: PLR0913 - what is known of a loop
     chain = _chain(needs)
     valid = "a chain of connections without a loop of direct feedthrough"
     if not solve_loops:
-        remedy = (
-            "Break it with a unit whose output does not depend on its input at the same instant (a state, a delay),"
-            " or have it solved by iteration with --solve-loops."
-        )
-        raise refuse("algebraic loop", chain, valid, remedy)
+        raise refuse("algebraic loop", chain, valid, _remedy(system, itertools.chain(*loops)))
     problems: list[Problem] = []
     for name in itertools.chain(*loops):
         where = f"algebraic loop {chain}"
         if name in events or (name in early and not system.units[name].interface.rolls_back):
             found = f"`{name}`, which cannot go back to where it was"
-            problems.append(Problem(where, found, "units that save and restore their state (canGetAndSetFMUState)"))
+            valid = "units that save and restore their state (canGetAndSetFMUState)"
+            problems.append(Problem(where, found, valid, "Exchange values one step late: --algorithm jacobi."))
         if name in system.steps:
             problems.append(Problem(where, f"`{name}`, which has a step of its own", "units that step with the others"))
     if problems:
         raise RequestError(problems)
+
+
+def _remedy(system: System, names: Iterable[str]) -> str:
+    # many FMUs declare no dependencies, though their outputs follow from the state: the loop is then in the file only
+    silent = [f"`{name}`" for name in names if system.units[name].interface.undeclared]
+    unsure = f" It may be none: without declared dependencies, all inputs count as feedthrough: {', '.join(silent)}."
+    return (
+        "Break it with a unit whose output does not depend on its input at the same instant (a state, a delay),"
+        " have it solved by iteration with --solve-loops, or exchange values one step late with --algorithm jacobi."
+        + (unsure if silent else "")
+    )
 
 
 def _chain(needs: Needs) -> str:

@@ -37,7 +37,8 @@ _HINTS: Final = {
 _HINTS_OF_SIGNALS: Final = {
     "delta_f": 'or { variable = "...", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }, '
     'as = "steering_rate"',
-    "T_r": 'or as = "axle_torque", "wheel_force", "force", "acceleration"; several: [{ ... }, { ... }]',
+    "T_r": 'or as = "axle_torque", "wheel_force", "force", "acceleration"; several: [{ ... }, { ... }]'
+    "; not read: { unused = true }",
     "v_y": 'not shown: { constant = { value = 0, unit = "m/s" } }',
     "valid": "not shown: { constant = true }",
     "length": 'not shown: { constant = { value = 4.5, unit = "m" } }',

@@ -80,6 +80,10 @@ def test_what_nobody_can_read_is_refused_also_by_a_lenient_reader(text, message)
                 "line 9: found `dependencies` of Unknown, variable number 9, which is not there",
             ],
         ),
+        (  # twice on one line, told once
+            GOOD2.replace('index="2" dependencies="1"', 'index="2" dependencies="9 9"'),
+            ["line 9: found `dependencies` of Unknown, variable number 9, which is not there"],
+        ),
         (
             GOOD3.replace('<Output valueReference="1"/>', '<Output valueReference="1" dependencies="5"/>'),
             ["line 10: found `dependencies` of Output, value reference 5, which is not there"],

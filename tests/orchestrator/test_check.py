@@ -16,7 +16,8 @@ from orchestrator.check import check
 from orchestrator.mapping_reader import read_mapping
 from orchestrator.scenario import Options, prepare
 from orchestrator.template import write_template
-from tests.orchestrator import foreign
+from tests.fmus.foreign import description2, pack, scalar
+from tests.orchestrator import foreign, ssps
 
 
 @pytest.fixture
@@ -166,6 +167,23 @@ def test_an_ssp_is_listed(in_tmp_path, macrostep):
     assert code == 0
     assert "  plant       bicycle       socket plant\n" in out
     assert "  controller.actuation.delta_f -> plant.actuation.delta_f\n" in out
+
+
+def test_an_ssp_that_would_be_refused_for_a_loop_is_code_1(in_tmp_path, macrostep):
+    unsaid = description2([scalar("u", 1, "input", of_start="0"), scalar("y", 2, "output")], ['<Unknown index="2"/>'])
+    pack(in_tmp_path / "m.fmu", Version.FMI2, unsaid, ssps.echo_library(Version.FMI2))
+    ends = ssps.connectors("u:input", "y:output")
+    elements = ssps.component("a", "m.fmu", ends) + ssps.component("b", "m.fmu", ends)
+    whole = ssps.body(elements, ssps.wire("a.y", "b.u") + ssps.wire("b.y", "a.u"))
+    ssps.write(in_tmp_path / "loop.ssp", whole, {"resources/m.fmu": in_tmp_path / "m.fmu"})
+    code, out, err = macrostep("loop.ssp")
+    assert code == 1
+    assert "  a.y -> b.u\n" in out
+    assert err.startswith("macrostep: algebraic loop: found a.y -> b.u, b.y -> a.u; valid: ")
+    assert err.endswith(
+        "or exchange values one step late with --algorithm jacobi. It may be none: without declared dependencies, all "
+        "inputs count as feedthrough: `a`, `b`.\n"
+    )
 
 
 @pytest.mark.parametrize("socket", list(SOCKETS))

@@ -74,7 +74,7 @@ def test_a_loop_through_a_unit_that_cannot_go_back_is_refused():
         simulate(made, h=1.0, until=1.0, solve_loops=True)
     assert str(error.value).endswith(
         "found `q`, which cannot go back to where it was; valid: units that save and restore their state"
-        " (canGetAndSetFMUState)"
+        " (canGetAndSetFMUState). Exchange values one step late: --algorithm jacobi."
     )
 
 
