@@ -37,7 +37,7 @@ TO_FILE: Final = 0.5
 """[s] wall time between two batches for a file: what a run may lose that is killed together with this process"""
 TO_VIEWER: Final = 0.1
 """[s] the same for a viewer, so that motion looks like motion"""
-_OPEN_WITHIN: Final = 20.0
+_OPEN_WITHIN: Final = 60.0
 """[s] until the run begins all the same"""
 
 
@@ -237,6 +237,7 @@ if __name__ == "__main__":
     except Exception:  # noqa: BLE001 - the other side tells
         traceback.print_exc()
         code = 1
+    importlib.import_module("orchestrator.ssp_archive").remove_packages()
     # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
     sys.stderr.flush()
     os._exit(code)

@@ -191,7 +191,7 @@ def run_to_be_killed(folder, stepped, recorder_pid):
 def killed(context, folder, seed):
     """Start a run, let it be killed at a random tick, and tell (ticks stepped, ticks that can be read)."""
     stepped, recorder_pid = context.Value("q", -1), context.Value("q", 0)
-    process = context.Process(target=run_to_be_killed, args=(folder, stepped, recorder_pid))
+    process = context.Process(target=run_to_be_killed, args=(folder, stepped, recorder_pid), daemon=True)
     process.start()
     yield
     at = random.Random(seed).randint(1, 45)  # noqa: S311 - any tick will do
