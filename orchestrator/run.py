@@ -25,7 +25,7 @@ from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
-from orchestrator.schedule import algorithm_named
+from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.single import single_fmu
 
 RECORDING = "recording.rrd"
@@ -74,10 +74,17 @@ def in_this_manner(scenario: Scenario, options: Options) -> Scenario:
     """The scenario with what the options say of how it is run. Raises `RequestError`."""
     return replace(
         scenario,
-        algorithm=algorithm_named(options.algorithm) if options.algorithm else scenario.algorithm,
+        algorithm=_algorithm(scenario, options),
         solve_loops=options.solve_loops or scenario.solve_loops,
         record=parse_record(options.record) or scenario.record,
     )
+
+
+def _algorithm(scenario: Scenario, options: Options) -> Algorithm:
+    if options.algorithm:
+        return algorithm_named(options.algorithm)
+    late = scenario.algorithm is Algorithm.JACOBI  # which has no loops to be solved
+    return Algorithm.SEQUENTIAL if options.solve_loops and late else scenario.algorithm
 
 
 @dataclass(frozen=True)

@@ -17,17 +17,19 @@ its outputs at t_k; it steps with the late ones. Units without Event Mode are tr
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, refuse
-from orchestrator.system import Connection, System
+from fmus.unit import Interface, Unit
+from orchestrator.system import Connection, Source, System
 
 
 class Algorithm(StrEnum):
@@ -89,7 +91,7 @@ def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, sol
         everybody = [(act, (name,)) for act in (Act.SET, Act.STEP, Act.GET) for name in names]
         return Schedule(_initial_order(system), before=(), after=tuple(everybody))
     events = {n for n, s in system.units.items() if algorithm is Algorithm.CLOCKED and s.interface.event_mode}
-    early = {name for name in system.units if name in events or _is_early(system, name)}
+    early = {name for name in system.units if _is_early(system, name) or (name in events and _ticks(system, name))}
     needs = _needs(system, early)
     groups = _groups(needs)
     loops = tuple(tuple(group) for group in groups if len(group) > 1 or group[0] in needs[group[0]])
@@ -113,7 +115,7 @@ def _assembled(
         name = group[0]
         if tuple(group) in loops:
             before.append((Act.SOLVE, tuple(group)))
-        elif name in events:
+        elif name in events & early:
             # clocked outputs can be read until the update ends the tick, others may change with it
             before += [(act, (name,)) for act in (Act.ACTIVATE, Act.SET, Act.GET, Act.UPDATE, Act.GET)]
         elif name in early:
@@ -122,6 +124,8 @@ def _assembled(
             before += [(act, (name,)) for act in (Act.SET, Act.GET)]
     late = [name for name in order if name not in early or name in events]
     after = [(Act.SET, (name,)) for name in late if name not in again and name not in events]
+    # inputs that jump are an event too, also where no output depends on them at once
+    after += [(act, (name,)) for name in late if name in events - early for act in (Act.ACTIVATE, Act.SET, Act.UPDATE)]
     after += [(act, (name,)) for act in (Act.STEP, Act.GET) for name in late]
     return Schedule(tuple(order), tuple(before), tuple(after), frozenset(early), loops, frozenset(events))
 
@@ -135,6 +139,46 @@ def _is_early(system: System, name: str) -> bool:
     rows = [i for i, y in enumerate(interface.outputs) if y.name in shown or not shown]
     columns = [j for j, u in enumerate(interface.inputs) if u.name in read]
     return bool(interface.feedthrough[np.ix_(rows, columns)].any())
+
+
+def _ticks(system: System, name: str) -> bool:
+    """Whether a unit has clocks that make it act at an instant."""
+    return any(clock.causality == "input" for clock in system.units[name].interface.clocks)
+
+
+def open_dependencies_close_a_loop(system: System) -> bool:
+    """Whether there is an algebraic loop only because some units leave open what their outputs depend on."""
+    told = {name: _Told(source) for name, source in system.units.items()}
+    try:
+        schedule(system)
+    except RequestError:
+        try:
+            schedule(dataclasses.replace(system, units=told))
+        except RequestError:
+            return False
+        return True
+    return False
+
+
+@dataclass(frozen=True)
+class _Told:
+    """A unit with the dependencies that it declares, and no others."""
+
+    source: Source
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return self.source.parameters
+
+    @property
+    def interface(self) -> Interface:
+        found = self.source.interface
+        through = found.feedthrough.copy()
+        through[[i for i, v in enumerate(found.outputs) if v.name in found.undeclared]] = False
+        return dataclasses.replace(found, feedthrough=through)
+
+    def make(self, name: str) -> Unit:
+        return self.source.make(name)
 
 
 def _shows_again(system: System, name: str) -> bool:

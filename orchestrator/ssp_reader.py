@@ -27,7 +27,7 @@ from orchestrator.log import EVERYTHING
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.scenario import Scenario
 from orchestrator.scene import Scene
-from orchestrator.schedule import Algorithm, algorithm_named
+from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop
 from orchestrator.ssp import OURS
 from orchestrator.ssp_archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp_assembly import Assembly
@@ -44,6 +44,11 @@ STEP: Final = 0.1
 
 _MANY: Final = 12
 """Inputs that a remark names"""
+
+OPEN_LOOP: Final = (
+    "units that feed each other leave open what their outputs depend on: values are exchanged one step late, as"
+    " with --algorithm jacobi; --algorithm and --solve-loops change it"
+)
 
 Settings = Mapping[str, Sequence[Setting]]
 
@@ -71,6 +76,9 @@ def read(
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
     _tell_left(assembly, notes)
+    late = notes is None and open_dependencies_close_a_loop(system)
+    if late:
+        findings.remarks.append(OPEN_LOOP)
     top = document.root.find("ssd:System", NS)
     name = document.root.get("name", "")
     return Scenario(
@@ -81,7 +89,7 @@ def read(
         h=experiment.step,
         until=experiment.until,
         sources={**sources, **((notes or {}).get("sources", {})), **scene_sources},
-        **_manner(notes or {}),
+        **_manner(notes or {"algorithm": Algorithm.JACOBI if late else Algorithm.SEQUENTIAL}),
         remarks=(*findings.remarks, *experiment.remarks),
     )
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
-from orchestrator.schedule import Algorithm, algorithm_named, schedule, sequential
+from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule, sequential
+from orchestrator.system import InProcess, System, block_source
 from tests.orchestrator.blocks import Gain, Held, Sum, system
 
 
@@ -85,3 +90,38 @@ def test_a_unit_fed_by_itself_is_a_loop():
 def test_a_loop_through_a_state_is_none():
     frame = simulate(system({"s": Sum(), "g": Gain(k=1.0)}, {"s.a": "g.b", "g.a": "s.b"}), h=1.0, until=3.0)
     assert frame["s.b.value"].tolist() == [1, 2, 4, 8]
+
+
+class Seen(InProcess):
+    """A block that looks from outside like an FMU of another kind."""
+
+    changes: ClassVar[dict[str, Any]] = {}
+
+    @property
+    def interface(self) -> Any:
+        return replace(super().interface, **self.changes)
+
+
+def seen(unit, **changes):
+    source = block_source(unit)
+    return type("Changed", (Seen,), {"changes": changes})(source.block, source.parameters)
+
+
+def test_event_mode_without_clocks_waits_for_its_inputs_as_a_late_unit_does():
+    """Inputs that jump are an event of t_k; nobody needs what the unit shows then."""
+    units = {"s": seen(Sum(), event_mode=True, output_after_set=False), "g": block_source(Held())}
+    made = System(units, {"g.a": "s.b", "s.a": "g.b"})
+    assert str(schedule(made, Algorithm.CLOCKED)) == (
+        "set g; step g; get g; activate s; set s; update s; step s; get s"
+    )
+    assert str(schedule(made)) == "set g; step g; get g; set s; step s; get s"
+
+
+def test_a_loop_that_only_open_dependencies_close_is_told_from_one_that_is_declared():
+    wiring = {"g.a": "s.b", "s.a": "g.b"}
+    silent = seen(
+        Sum(), output_after_set=False, feedthrough=np.ones((1, 1), dtype=bool), undeclared=frozenset({"b.value"})
+    )
+    assert open_dependencies_close_a_loop(System({"s": silent, "g": block_source(Held())}, wiring))
+    assert not open_dependencies_close_a_loop(system({"s": Gain(k=1.0), "g": Held()}, wiring))
+    assert not open_dependencies_close_a_loop(system({"s": Sum(), "g": Held()}, wiring))
