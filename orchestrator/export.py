@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
 from fmus.version import Version
 from orchestrator import container, ssp
+from orchestrator.mapped import for_others
 from orchestrator.run import load
 from orchestrator.scenario import Mode, Options
 from orchestrator.schedule import algorithm_named
@@ -39,7 +40,8 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
     """
     raise_if_any(_target_problems(targets))
     scenario = load(request, options, progress)
-    units = scenario.system.units
+    units = {name: for_others(source) for name, source in scenario.system.units.items()}
+    scenario = replace(scenario, system=replace(scenario.system, units=units))
     raise_if_any(ssp.not_a_file(name, source) for name, source in units.items() if not isinstance(source, Fmu))
     lines: list[str] = []
     if targets.container is not None:

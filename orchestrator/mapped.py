@@ -12,7 +12,7 @@ from fmus.mapped_unit import MappedUnit
 from fmus.unit import Interface, Unit
 from orchestrator.mapping import Fitting, fit
 from orchestrator.mapping_file import MappingFile, written
-from orchestrator.system import Fmu
+from orchestrator.system import Fmu, Source
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,11 @@ class Mapped:
     def make(self, name: str) -> Unit:
         """The running unit."""
         return MappedUnit(name, self.interface, self.fmu.make(name), self.fitting.adaptation)
+
+
+def for_others(source: Source) -> Source:
+    """What another tool is given: the FMU itself, where its mapping only adds to what its file says of it."""
+    return source.fmu if isinstance(source, Mapped) and source.fitting.plain else source
 
 
 def fitted(

@@ -53,6 +53,8 @@ class Fitting:
     remarks: tuple[str, ...]
     needed: bool
     """Whether there is anything to translate at all"""
+    plain: bool
+    """Whether values pass as they are, under the same names"""
 
 
 def fit(name: str, socket: Socket, theirs: Interface, file: str, mapping: MappingFile | None = None) -> Fitting:
@@ -122,6 +124,7 @@ class _Fit:
             tuple(dict.fromkeys(self.problems)),
             tuple(self.remarks),
             needed=not _same(self.theirs, interface, adaptation),
+            plain=_plain(self.theirs, interface, adaptation),
         )
 
     def _entries(self, role: str) -> None:
@@ -302,11 +305,21 @@ class _Fit:
 def _same(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
     """Whether the FMU is what the socket asks for, to the letter."""
 
+    def units(variables: Sequence[Variable]) -> list[Any]:
+        return sorted((v.name, v.quantity.unit) for v in variables)
+
+    alike = units(theirs.inputs) == units(ours.inputs) and units(theirs.outputs) == units(ours.outputs)
+    return alike and _plain(theirs, ours, adaptation) and theirs.feedthrough.sum() == ours.feedthrough.sum()
+
+
+def _plain(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
+    """Whether values pass as they are, under the same names: a tool without our sockets can take the FMU itself."""
+
     def shown(variables: Sequence[Variable]) -> list[Any]:
-        return sorted((v.name, v.quantity.type, v.quantity.unit, v.shape) for v in variables)
+        return sorted((v.name, v.quantity.type, v.shape) for v in variables)
 
     a = adaptation
     plain = all(link.relation == IDENTITY for link in (*a.inputs, *a.outputs))
     extra = a.constants or a.held or a.conventions or a.rates or a.integrated
     alike = shown(theirs.inputs) == shown(ours.inputs) and shown(theirs.outputs) == shown(ours.outputs)
-    return plain and not extra and alike and theirs.feedthrough.sum() == ours.feedthrough.sum()
+    return plain and not extra and alike

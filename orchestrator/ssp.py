@@ -72,8 +72,12 @@ def write(scenario: Scenario, path: Path) -> None:
 
 def not_a_file(unit: str, source: Source) -> Problem:
     """What is wrong with a unit that other tools cannot run."""
-    found = f"`{source.interface.kind}`, which only macrostep can run as it is"
-    return Problem(unit, found, "a block that becomes C, or an FMU that fits its socket", f"Choose it with --{unit}.")
+    kind = source.interface.kind
+    if isinstance(source, Mapped):
+        found = f"`{kind}` behind a mapping, which other tools do not read"
+        return Problem(unit, found, "an FMU with the names and units of its socket", "Export it so, or run it here.")
+    found = f"`{kind}`, a block that runs in this process only"
+    return Problem(unit, found, "a block that becomes C, or an FMU", f"Choose another with --{unit}.")
 
 
 def file_of(source: Source) -> Path | None:

@@ -196,6 +196,6 @@ def test_a_block_without_an_fmu_is_refused_by_name(built_fmus, tmp_path):
     with pytest.raises(RequestError) as error:
         container.write(made, tmp_path / "static.fmu")
     assert str(error.value) == (
-        "controller: found `mpc_sqp`, which only macrostep can run as it is; valid: a block that becomes C, or an FMU "
-        "that fits its socket. Choose it with --controller."
+        "controller: found `mpc_sqp`, a block that runs in this process only; valid: a block that becomes C, or an FMU."
+        " Choose another with --controller."
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 import zipfile
@@ -18,6 +19,7 @@ from fmus.version import Version
 from orchestrator import cli, ssp, ssp_reader
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.system import Fmu, System
+from tests.fmus.foreign import copied
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 NS = {"ssd": ssp.SSD, "ssc": ssp.SSC, "ssv": ssp.SSV, "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations"}
@@ -156,8 +158,8 @@ def test_conversions_and_own_steps_are_written(built_fmus, tmp_path):
         (
             ["static", "--ssp", "a.ssp", "--controller", "mpc_interior_point"],
             [
-                "macrostep: controller: found `mpc_interior_point`, which only macrostep can run as it is; "
-                "valid: a block that becomes C, or an FMU that fits its socket. Choose it with --controller."
+                "macrostep: controller: found `mpc_interior_point`, a block that runs in this process only; "
+                "valid: a block that becomes C, or an FMU. Choose another with --controller."
             ],
         ),
         (
@@ -188,3 +190,27 @@ def test_a_folder_in_which_nothing_may_be_written_is_told(export, monkeypatch, i
     code, _, err = export("static", "--ssp", "a.ssp")
     assert code == 2
     assert err == ["macrostep: a.ssp: found the folder `.`, in which nothing may be written; valid: another folder"]
+
+
+def test_a_foreign_plant_with_our_names_goes_out_as_it_is_and_one_behind_a_mapping_does_not(built_fmus, export):
+    """What a file leaves open, its dependencies, is nothing that another tool reads."""
+    ours = built_fmus / "fmi2" / "bicycle.fmu"
+    with zipfile.ZipFile(ours) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    silent = re.sub(r' dependencies(Kind)?="[^"]*"', "", text).replace('afterSet="true"', 'afterSet="false"')
+    car = copied(ours, Path("car.fmu"), {"modelDescription.xml": silent.encode()})
+    code, out, err = export("static", "--plant", car, "--ssp", "a.ssp")
+    assert (code, out) == (0, ["a.ssp  SSP 1.0, 3 FMUs"]), err
+    with zipfile.ZipFile("a.ssp") as archive:
+        assert "resources/car.fmu" in archive.namelist()
+        assert not [name for name in archive.namelist() if name.endswith(".toml")]
+
+    renamed = silent.replace('"state.', '"State_')
+    other = copied(ours, Path("other.fmu"), {"modelDescription.xml": silent.replace('"state.', '"State_').encode()})
+    code, _, err = export("static", "--plant", other, "--ssp", "b.ssp")
+    assert code == 2
+    assert err[-1] == (
+        "macrostep: plant: found `bicycle` behind a mapping, which other tools do not read; valid: an FMU with the names"
+        " and units of its socket. Export it so, or run it here."
+    )
+    assert not Path("b.ssp").exists()
