@@ -205,12 +205,11 @@ def test_a_foreign_plant_with_our_names_goes_out_as_it_is_and_one_behind_a_mappi
         assert "resources/car.fmu" in archive.namelist()
         assert not [name for name in archive.namelist() if name.endswith(".toml")]
 
-    renamed = silent.replace('"state.', '"State_')
     other = copied(ours, Path("other.fmu"), {"modelDescription.xml": silent.replace('"state.', '"State_').encode()})
     code, _, err = export("static", "--plant", other, "--ssp", "b.ssp")
     assert code == 2
     assert err[-1] == (
-        "macrostep: plant: found `bicycle` behind a mapping, which other tools do not read; valid: an FMU with the names"
-        " and units of its socket. Export it so, or run it here."
+        "macrostep: plant: found `bicycle` behind a mapping, which other tools do not read; valid: an FMU with the"
+        " names and units of its socket. Export it so, or run it here."
     )
     assert not Path("b.ssp").exists()
