@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.conversion import IDENTITY
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
 from fmus.adaptation import Adaptation
@@ -88,3 +89,26 @@ def _mixed(found: NDArray[np.bool_], variables: tuple[Variable, ...], adaptation
 
 def _places(variables: tuple[Variable, ...]) -> dict[str, int]:
     return {v.name: i for i, v in enumerate(variables)}
+
+
+def is_same(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
+    """Whether the FMU is what the socket asks for, to the letter."""
+
+    def units(variables: Sequence[Variable]) -> list[Any]:
+        return sorted((v.name, v.quantity.unit) for v in variables)
+
+    alike = units(theirs.inputs) == units(ours.inputs) and units(theirs.outputs) == units(ours.outputs)
+    return alike and is_plain(theirs, ours, adaptation) and theirs.feedthrough.sum() == ours.feedthrough.sum()
+
+
+def is_plain(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
+    """Whether values pass as they are, under the same names: a tool without our sockets can take the FMU itself."""
+
+    def shown(variables: Sequence[Variable]) -> list[Any]:
+        return sorted((v.name, v.quantity.type, v.shape) for v in variables)
+
+    a = adaptation
+    plain = all(link.relation == IDENTITY for link in (*a.inputs, *a.outputs))
+    extra = a.constants or a.held or a.conventions or a.rates or a.integrated
+    alike = shown(theirs.inputs) == shown(ours.inputs) and shown(theirs.outputs) == shown(ours.outputs)
+    return plain and not extra and alike

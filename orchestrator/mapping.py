@@ -10,13 +10,12 @@ from typing import Any, Final
 import numpy as np
 
 from components.interfaces.buses import SLOTS
-from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, Socket, describe
 from fmus.adaptation import Adaptation, Link, RateInput
 from fmus.unit import Interface
-from orchestrator.adapted_interface import adapted
+from orchestrator.adapted_interface import adapted, is_plain, is_same
 from orchestrator.mapping_file import Amount, Entry, MappingFile
 from orchestrator.mapping_words import decision, listed, offer, remark
 from orchestrator.matching import match
@@ -123,8 +122,8 @@ class _Fit:
             tuple(self.rows),
             tuple(dict.fromkeys(self.problems)),
             tuple(self.remarks),
-            needed=not _same(self.theirs, interface, adaptation),
-            plain=_plain(self.theirs, interface, adaptation),
+            needed=not is_same(self.theirs, interface, adaptation),
+            plain=is_plain(self.theirs, interface, adaptation),
         )
 
     def _entries(self, role: str) -> None:
@@ -300,26 +299,3 @@ class _Fit:
             length = lengths.get(signal.name, ANY_LENGTH) if ANY_LENGTH in signal.shape else None
             shape = signal.quantity.shape if length is None else (length,)
             yield Variable(signal.name, replace(signal.quantity, shape=shape))
-
-
-def _same(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
-    """Whether the FMU is what the socket asks for, to the letter."""
-
-    def units(variables: Sequence[Variable]) -> list[Any]:
-        return sorted((v.name, v.quantity.unit) for v in variables)
-
-    alike = units(theirs.inputs) == units(ours.inputs) and units(theirs.outputs) == units(ours.outputs)
-    return alike and _plain(theirs, ours, adaptation) and theirs.feedthrough.sum() == ours.feedthrough.sum()
-
-
-def _plain(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
-    """Whether values pass as they are, under the same names: a tool without our sockets can take the FMU itself."""
-
-    def shown(variables: Sequence[Variable]) -> list[Any]:
-        return sorted((v.name, v.quantity.type, v.shape) for v in variables)
-
-    a = adaptation
-    plain = all(link.relation == IDENTITY for link in (*a.inputs, *a.outputs))
-    extra = a.constants or a.held or a.conventions or a.rates or a.integrated
-    alike = shown(theirs.inputs) == shown(ours.inputs) and shown(theirs.outputs) == shown(ours.outputs)
-    return plain and not extra and alike
