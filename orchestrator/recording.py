@@ -35,6 +35,8 @@ class Recording:
         self._request, self._scenario = request, scenario
         self._file = request.sink if isinstance(request.sink, Path) else None
         self._stream = self._open(request.sink)
+        if self._file is not None:
+            self._stream.flush()  # from here on there is a file, whatever happens
         self._tidy: RerunStream | None = None
         self._pending: list[Batch] = []
         self._begun = False

@@ -149,7 +149,9 @@ class RecordingProcess:
         stream, sent, log = _there(self._process.stdin), 0, simulation.log
         with contextlib.suppress(OSError):  # the process is gone; `wait` tells why
             _write(stream, request)
-            _there(self._process.stdout).readline()
+            opened = _there(self._process.stdout)
+            while opened.readline() not in {b"open\n", b"open\r\n", b""}:  # libraries may say something too
+                pass
             self._open.set()
             while self._end is None:
                 self._wake.wait(self._interval)

@@ -195,7 +195,7 @@ def killed(context, folder, seed):
     process.start()
     yield
     at = random.Random(seed).randint(1, 45)  # noqa: S311 - any tick will do
-    until(lambda: stepped.value >= at)
+    until(lambda: stepped.value >= at and (folder / "recording.rrd").is_file())
     if seed % 2:  # everything at once, as when a machine runs out of memory
         os.kill(recorder_pid.value, signal.SIGKILL)
     os.kill(process.pid, signal.SIGKILL)
