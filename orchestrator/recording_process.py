@@ -25,13 +25,15 @@ from dataclasses import dataclass, field
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Final, Protocol, Self
+from typing import IO, TYPE_CHECKING, Any, Final, Protocol, Self, TypeAlias
 
 from typing_extensions import override
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
     from orchestrator.log import Batch, Element
     from orchestrator.master import Simulation
+
+Messages: TypeAlias = "queue.SimpleQueue[bytes | None]"
 
 TO_FILE: Final = 0.5
 """[s] wall time between two batches for a file: what a run may lose that is killed together with this process"""
@@ -170,7 +172,8 @@ def _there(pipe: IO[bytes] | None) -> IO[bytes]:
 
 
 def _write(stream: IO[bytes], message: object) -> None:
-    pickle.dump(message, stream, pickle.HIGHEST_PROTOCOL)
+    """A message is bytes within a pickle, so that who receives it need not understand it."""
+    pickle.dump(pickle.dumps(message, pickle.HIGHEST_PROTOCOL), stream, pickle.HIGHEST_PROTOCOL)
     stream.flush()
 
 
@@ -186,20 +189,29 @@ class _WithoutPandas(MetaPathFinder):
 def main(stream: IO[bytes]) -> None:
     """The recording side: read messages until they end."""
     sys.meta_path.insert(0, _WithoutPandas())
-    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    messages: Messages = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(stream, messages), daemon=True).start()
     _get_ready()
-    request: Request | None = messages.get()
+    request: Request | None = _next(messages)
     if request is not None:
         _record(request, messages)
 
 
-def _receive(stream: IO[bytes], messages: queue.SimpleQueue[Any]) -> None:
-    """Take what comes, so that the other side never waits; nothing more is `None`."""
+def _receive(stream: IO[bytes], messages: Messages) -> None:
+    """Take what comes, so that the other side never waits; nothing more is `None`.
+
+    Nothing is imported here: two threads that import modules that need each other find them half made.
+    """
     with contextlib.suppress(EOFError, pickle.UnpicklingError, OSError):
         while True:
             messages.put(pickle.load(stream))  # noqa: S301 - from the process that started this one
     messages.put(None)
+
+
+def _next(messages: Messages) -> Any:
+    """The next message, as soon as there is one."""
+    message = messages.get()
+    return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
 
 
 def _get_ready() -> None:
@@ -207,7 +219,7 @@ def _get_ready() -> None:
         importlib.import_module(f"orchestrator.{module}")
 
 
-def _record(request: Request, messages: queue.SimpleQueue[Any]) -> None:
+def _record(request: Request, messages: Messages) -> None:
     from orchestrator import ssp_reader  # noqa: PLC0415
     from orchestrator.recording import Recording, joined  # noqa: PLC0415
 
@@ -224,11 +236,11 @@ def _record(request: Request, messages: queue.SimpleQueue[Any]) -> None:
     recording.close(about)
 
 
-def _waiting(messages: queue.SimpleQueue[Any]) -> list[Any]:
+def _waiting(messages: Messages) -> list[Any]:
     """All messages that have come, at least one; after the last there is `None`."""
-    found = [messages.get()]
+    found = [_next(messages)]
     while not messages.empty() and found[-1] is not None:
-        found.append(messages.get())
+        found.append(_next(messages))
     return found
 
 

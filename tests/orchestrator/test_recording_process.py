@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import pickle
+import io
+import queue
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import recorder
+from orchestrator import recorder, recording_process
 from orchestrator.master import Simulation
 from orchestrator.recording_process import RecordingProcess, Request, Rows
 from orchestrator.scenario import Options, prepare
@@ -33,6 +35,26 @@ def simulation(static, tmp_path):
 
 def request(simulation, folder):
     return Request(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
+
+
+def as_sent(message):
+    stream = io.BytesIO()
+    recording_process._write(stream, message)
+    return stream.getvalue()
+
+
+class WhoReadsThis:
+    def __reduce__(self):
+        return threading.current_thread, ()
+
+
+def test_the_thread_that_takes_messages_leaves_their_meaning_and_its_imports_to_the_main_one():
+    messages = queue.SimpleQueue()
+    stream = io.BytesIO(as_sent(WhoReadsThis()) * 2 + as_sent(WhoReadsThis())[:-1])
+    thread = threading.Thread(target=recording_process._receive, args=(stream, messages))
+    thread.start()
+    thread.join()
+    assert recording_process._waiting(messages) == [threading.main_thread()] * 2 + [None]
 
 
 def read(folder):
@@ -72,10 +94,9 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     simulation.run()
     command = [sys.executable, "-m", "orchestrator.recording_process"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        pickle.dump(request(simulation, tmp_path), process.stdin)
-        batches = simulation.log.batches(0, 15, simulation.step_times)
-        process.stdin.write(pickle.dumps(Rows(batches)))
-        process.stdin.write(pickle.dumps(Rows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
+        process.stdin.write(as_sent(request(simulation, tmp_path)))
+        process.stdin.write(as_sent(Rows(simulation.log.batches(0, 15, simulation.step_times))))
+        process.stdin.write(as_sent(Rows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
         process.stdin.close()  # in the middle of a message
         assert process.wait(60) == 0
     ticks, said = read(tmp_path)
