@@ -13,12 +13,12 @@ from components.interfaces.sockets import SOCKETS
 from fmus.archive import Archive
 from fmus.platform_names import binary_path
 from fmus.unit import Interface
-from orchestrator.mapping import Fitting, fit
-from orchestrator.mapping_file import MappingFile
-from orchestrator.mapping_reader import read_mapping
+from orchestrator.mapping.file import MappingFile
+from orchestrator.mapping.fitting import Fitting, fit
+from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.template import relative, template, write_template
 from orchestrator.schedule import schedule
 from orchestrator.system import Fmu
-from orchestrator.template import relative, template, write_template
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def check(path: Path, socket: str | None = None, out: Path | None = None) -> Che
 
 def _ssp(path: Path) -> Checked:
     """What is in a system, or what is wrong with it."""
-    from orchestrator import ssp_reader  # noqa: PLC0415 - its readers take a while to import
+    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - its readers take a while to import
 
     scenario = ssp_reader.read(path)
     system = scenario.system

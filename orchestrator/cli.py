@@ -266,7 +266,7 @@ def show(
 
     A run that was cut short is opened from a repaired copy.
     """
-    from orchestrator import viewer  # noqa: PLC0415
+    from orchestrator.viewing import viewer  # noqa: PLC0415
 
     tell: Callable[[str], None] = lambda text: err.print(text, markup=False)  # noqa: E731
     viewer.show(runs, difference or [], tell, web=web, picture=picture, times=at or [])

@@ -39,8 +39,8 @@ from components.interfaces.record import Variable
 from orchestrator.connection import Connection
 from orchestrator.scenario import Scenario
 from orchestrator.schedule import Algorithm, schedule
-from orchestrator.ssp import element_names, is_old, not_a_file
-from orchestrator.ssp_xml import has_unit, literal, unit_definitions
+from orchestrator.ssp.writer import element_names, is_old, not_a_file
+from orchestrator.ssp.xml import has_unit, literal, unit_definitions
 from orchestrator.system import Fmu, System
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)

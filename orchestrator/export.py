@@ -9,11 +9,12 @@ from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
 from fmus.version import Version
-from orchestrator import container, ssp
-from orchestrator.mapped import for_others
+from orchestrator import container
+from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
 from orchestrator.scenario import Mode, Options
 from orchestrator.schedule import algorithm_named
+from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu
 
 

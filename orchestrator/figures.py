@@ -20,12 +20,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from orchestrator import layout, pictures
-from orchestrator.layout import Plot
 from orchestrator.path_geometry import path_lines
-from orchestrator.pictures import Cast, Columns
 from orchestrator.scene import Scene
 from orchestrator.system import System
+from orchestrator.viewing import layout, pictures
+from orchestrator.viewing.layout import Plot
+from orchestrator.viewing.pictures import Cast, Columns
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from fmus.isolated_unit import PATIENCE
-from orchestrator.mapped import Mapped
+from orchestrator.mapping.mapped import Mapped
 from orchestrator.scenario import Scenario
 from orchestrator.system import Fmu, Source
 

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Final, Self
 from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator import viewer
 from orchestrator.recording_process import TO_VIEWER, RecordingProcess, Request
+from orchestrator.viewing import viewer
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     from orchestrator.master import Simulation

@@ -18,11 +18,12 @@ import numpy as np
 
 from components.interfaces.problem import refuse
 from fmus.version import Version
-from orchestrator import metrics, ssp
-from orchestrator.mapped import Mapped
+from orchestrator import metrics
+from orchestrator.mapping.mapped import Mapped
 from orchestrator.master import Simulation, SimulationError
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
+from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
 
 SUMMARY: Final = "summary.json"

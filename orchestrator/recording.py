@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from orchestrator import ssp_reader
 from orchestrator.log import Batch
 from orchestrator.recording_process import Request
 from orchestrator.scenario import Scenario
+from orchestrator.ssp import reader as ssp_reader
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.master import Simulation
-    from orchestrator.rerun_stream import RerunStream
+    from orchestrator.viewing.rerun_stream import RerunStream
 
 LARGE: Final = 600
 """rows of a batch; more of them hardly make a row smaller"""
@@ -66,7 +66,7 @@ class Recording:
         _beside(self._file).replace(self._file)
 
     def _open(self, sink: Path | str) -> RerunStream:
-        from orchestrator.rerun_stream import RerunStream  # noqa: PLC0415
+        from orchestrator.viewing.rerun_stream import RerunStream  # noqa: PLC0415
 
         scenario = self._scenario
         return RerunStream(

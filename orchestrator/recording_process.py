@@ -215,13 +215,13 @@ def _next(messages: Messages) -> Any:
 
 
 def _get_ready() -> None:
-    for module in ("ssp_reader", "rerun_stream", "recording"):
+    for module in ("ssp.reader", "viewing.rerun_stream", "recording"):
         importlib.import_module(f"orchestrator.{module}")
 
 
 def _record(request: Request, messages: Messages) -> None:
-    from orchestrator import ssp_reader  # noqa: PLC0415
     from orchestrator.recording import Recording, joined  # noqa: PLC0415
+    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
     scenario = ssp_reader.read(request.folder / "system.ssp")
     recording = Recording(request, scenario)
@@ -251,7 +251,7 @@ if __name__ == "__main__":
     except Exception:  # noqa: BLE001 - the other side tells
         traceback.print_exc()
         code = 1
-    importlib.import_module("orchestrator.ssp_archive").remove_packages()
+    importlib.import_module("orchestrator.ssp.archive").remove_packages()
     # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
     sys.stderr.flush()
     os._exit(code)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import refuse
-from orchestrator import recorder, ssp_reader
+from orchestrator import recorder
 from orchestrator.isolation import isolated
 from orchestrator.live import Live
 from orchestrator.log import EVERYTHING, paces, without_gaps
@@ -27,6 +27,7 @@ from orchestrator.recording_process import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
 from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.single import single_fmu
+from orchestrator.ssp import reader as ssp_reader
 
 RECORDING = "recording.rrd"
 

@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from orchestrator import pictures, ssp_reader
 from orchestrator.figures import (
     _DPI,
     _MOST_STRETCHES,
@@ -30,12 +29,14 @@ from orchestrator.figures import (
     _vehicle,
 )
 from orchestrator.path_geometry import path_lines
-from orchestrator.pictures import Cast, Columns
 from orchestrator.reproduction import matched
 from orchestrator.reproduction.evidence import Evidence, Result
 from orchestrator.reproduction.experiments import Kind, Picture
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.scene import Scene
+from orchestrator.ssp import reader as ssp_reader
+from orchestrator.viewing import pictures
+from orchestrator.viewing.pictures import Cast, Columns
 
 _LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),

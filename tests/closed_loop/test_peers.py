@@ -16,9 +16,9 @@ from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
 from fmus.lower import lower
 from fmus.version import Version
-from orchestrator import ssp
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Ecos and libcosim are installed on Linux only")

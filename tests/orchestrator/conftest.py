@@ -8,8 +8,8 @@ import pytest
 from orchestrator import recorder
 from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
-from orchestrator.rerun_stream import RerunStream
 from orchestrator.scenario import Options, prepare
+from orchestrator.viewing.rerun_stream import RerunStream
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")
 

@@ -11,11 +11,12 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import SOCKETS
 from fmus.version import Version
-from orchestrator import cli, ssp
+from orchestrator import cli
 from orchestrator.check import check
-from orchestrator.mapping_reader import read_mapping
+from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.template import write_template
 from orchestrator.scenario import Options, prepare
-from orchestrator.template import write_template
+from orchestrator.ssp import writer as ssp
 from tests.fmus.foreign import description2, pack, scalar
 from tests.orchestrator import foreign, ssps
 

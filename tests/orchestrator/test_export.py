@@ -16,8 +16,10 @@ from lxml import etree
 
 from components.interfaces.conversion import Linear
 from fmus.version import Version
-from orchestrator import cli, ssp, ssp_reader
+from orchestrator import cli
 from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.ssp import reader as ssp_reader
+from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import copied
 

@@ -16,11 +16,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
-from orchestrator import live, viewer
+from orchestrator import live
 from orchestrator.live import Live, Wish, wish
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
+from orchestrator.viewing import viewer
 
 # a stream that was saved has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")

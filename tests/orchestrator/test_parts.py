@@ -7,7 +7,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator import scenario as scenarios
-from orchestrator.mapped import Mapped
+from orchestrator.mapping.mapped import Mapped
 from orchestrator.parameters import Given
 from orchestrator.parts import in_units_of
 from orchestrator.scenario import Options, prepare

@@ -21,13 +21,14 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import live, pictures, run
+from orchestrator import live, run
 from orchestrator.live import Live, Wish
 from orchestrator.pacing import Pacer
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
+from orchestrator.viewing import pictures
 
 # a recording that was cut short has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")

@@ -1,0 +1,1 @@
+"""Foreign FMUs behind our sockets: names, units, conventions and reference points."""

@@ -1,0 +1,156 @@
+"""Mapping templates: what is known of an FMU in a socket as a mapping file, with the rest marked to be filled in."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from components.interfaces.problem import refuse
+from components.interfaces.record import Variable
+from components.interfaces.socket import Socket
+from fmus.unit import Interface
+from orchestrator.mapping.file import ROLES, STEERING, TO_FILL, entries_text, quoted
+from orchestrator.mapping.fitting import Fitting, Row
+from orchestrator.mapping.relations import ROLE_UNITS, conversion
+
+_SYNONYMS: Final = {
+    "x": "pos_x position_x east forward",
+    "y": "pos_y position_y north lateral left",
+    "psi": "yaw heading theta phi yaw_angle",
+    "v_x": "speed velocity vel_x v longitudinal_speed",
+    "v_y": "lateral_speed vel_y drift",
+    "r": "yaw_rate omega psi_dot yawrate omega_z",
+    "delta_f": "steer steering delta steering_angle wheel_angle",
+    "T_r": "torque drive_torque throttle accel force",
+    "valid": "exists active present",
+    "v": "speed velocity",
+}
+_HINTS: Final = {
+    "state": '# reference = { point = "rear_axle", distance = { value = 1.4, unit = "m" } }  # else centre_of_gravity\n'
+    '# velocity = "speed_and_slip"  # v and beta in place of v_x and v_y; or "road": along the road',
+    "obstacles": '# reference = "rear_bumper"  # ours: centre; for arrays of structures: x = "object[*].x"',
+}
+_HINTS_OF_SIGNALS: Final = {
+    "delta_f": 'or { variable = "...", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }, '
+    'as = "steering_rate"',
+    "T_r": 'or as = "axle_torque", "wheel_force", "force", "acceleration"; several: [{ ... }, { ... }]'
+    "; not read: { unused = true }",
+    "v_y": 'not shown: { constant = { value = 0, unit = "m/s" } }',
+    "valid": "not shown: { constant = true }",
+    "length": 'not shown: { constant = { value = 4.5, unit = "m" } }',
+    "width": 'not shown: { constant = { value = 1.8, unit = "m" } }',
+}
+_MOST: Final = 5
+"""Candidates that are named"""
+
+
+def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapping: str) -> str:
+    """The mapping file called `mapping` for the FMU at `fmu` (relative to it)."""
+    lines = [
+        f"# How {Path(fmu).name} fills the socket `{socket.name}`.",
+        f"# Use it in place of the FMU: macrostep run static --{socket.name} {mapping}",
+        "#",
+        '# SIGNAL = "VARIABLE", or SIGNAL = { variable = "VARIABLE", unit = "km/h", factor = 1, offset = ... }:',
+        "#   signal = factor * variable + offset. Units are converted; `unit` is for FMUs that are wrong or silent.",
+        f'# "{TO_FILL}" is to be filled in.',
+        f"fmu = {quoted(fmu)}",
+        f'socket = "{socket.name}"',
+        '# axes = "y_right"  # y to the right, z down; ours: iso8855, y to the left',
+        "# feedthrough = false  # its outputs show by stepping, though it declares that they depend on its inputs",
+    ]
+    for bus in socket.buses:
+        lines += ["", *_bus(bus, [r for r in fitting.rows if r.signal.name.startswith(f"{bus}.")], fitting, theirs)]
+    driven = {name for entries in fitting.mapping.signals.values() for e in entries for name in e.variables}
+    free = [v for v in theirs.inputs if v.name not in driven]
+    if free:
+        lines += [
+            "",
+            "[constants]",
+            "# Inputs of the FMU that no signal drives; they keep their start value if not given.",
+        ]
+        lines += [
+            f"# {quoted(v.name)} = {{ value = {_start(v, theirs)}, unit = {quoted(v.quantity.unit)} }}" for v in free
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def write_template(text: str, path: Path) -> None:
+    """Write a template to a new file. Raises `RequestError` rather than to overwrite one."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError as error:
+        raise refuse(str(path), "a file", "a new file", "Choose another name, or remove it.") from error
+    except OSError as error:
+        raise refuse(str(path), f"a place that cannot be written to ({error.strerror})", "a new file") from error
+
+
+def relative(fmu: Path, folder: Path) -> str:
+    """The FMU's path as the mapping file in `folder` names it."""
+    return Path(os.path.relpath(fmu.resolve(), folder.resolve())).as_posix()
+
+
+def _bus(bus: str, rows: Sequence[Row], fitting: Fitting, theirs: Interface) -> Iterator[str]:
+    role = rows[0].role
+    known = any(row.signal.name in fitting.mapping.signals for row in rows)
+    needed = any(row.needed for row in rows)
+    mark = "" if known or needed else "# "
+    what = "what it shows" if role == "outputs" else "what it reads"
+    yield f"{mark}[{bus}]  # {what}{'' if needed else ', optional'}"
+    if bus in _HINTS:
+        yield _HINTS[bus]
+    for row in rows:
+        yield mark + _line(row, fitting, theirs).removeprefix(mark)
+
+
+def _line(row: Row, fitting: Fitting, theirs: Interface) -> str:
+    leaf = row.signal.name.partition(".")[2]
+    q = row.signal.quantity
+    told = f"{f'[{q.unit}] ' if q.type.is_float else ''}{q.description}"
+    entries = fitting.mapping.signals.get(row.signal.name)
+    if entries:
+        return f"{leaf} = {entries_text(entries)}  # {told}{f' ({row.note})' if row.note else ''}"
+    hint = _HINTS_OF_SIGNALS.get(leaf, "") if row.needed else ""
+    near = candidates(row.signal, theirs.outputs if row.role == "outputs" else theirs.inputs, fitting)
+    parts = [told, f"candidates: {', '.join(near)}" if near else "", hint]
+    return f'{"" if row.needed else "# "}{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
+
+
+def candidates(signal: Variable, offered: Sequence[Variable], fitting: Fitting) -> list[str]:
+    """Variables that nothing else stands for and that measure the same, the likeliest first."""
+    taken = {name for entries in fitting.mapping.signals.values() for e in entries for name in e.variables}
+    leaf = signal.name.rpartition(".")[2]
+    words = [leaf, *_SYNONYMS.get(leaf, "").split()]
+
+    def likeness(v: Variable) -> float:
+        last = v.name.rpartition(".")[2].lower()
+        return max(difflib.SequenceMatcher(None, word.lower(), last).ratio() for word in words)
+
+    free = sorted((v for v in offered if v.name not in taken), key=likeness, reverse=True)
+    told = [text for v in free if (text := _candidate(signal, leaf, v)) is not None]
+    return told[:_MOST]
+
+
+def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
+    """A variable that could stand for a signal, and as what; None if it measures something else."""
+    q, found = signal.quantity, theirs.quantity
+    if not found.type.is_number:
+        return None
+    if not (q.type.is_float and found.type.is_float):
+        return theirs.name
+    unit = f"{theirs.name} [{found.unit or 'no unit'}]"
+    if conversion(found, q) is not None:
+        return unit
+    roles = [r for r in ROLES if (r in STEERING) == (leaf == "delta_f")] if leaf in {"delta_f", "T_r"} else []
+    fitting = [f'"{r}"' for r in roles if conversion(found, replace(q, unit=ROLE_UNITS[r])) is not None]
+    return f"{unit} as {' or '.join(fitting)}" if fitting else None
+
+
+def _start(variable: Variable, theirs: Interface) -> str:
+    start = theirs.starts.get(variable.name, 0.0)
+    text = str(start.tolist() if hasattr(start, "tolist") else start)
+    return text.lower() if text in {"True", "False"} else text

@@ -1,0 +1,313 @@
+"""System Structure and Parameterization (SSP): any system as one exchange file, and back.
+
+A system of FMI 2.0 FMUs is written as SSP 1.0, element by element, for other tools; with FMI 3.0 FMUs or blocks of this
+process it is SSP 2.0, whose connectors have dimensions. What SSP has no word for (scene, sockets, held inputs) stands
+in annotations of type `org.macrostep`, which other tools pass over. All parameter sets carry the scenario's name: Ecos
+applies one set by its name to the whole system.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from lxml import etree
+
+from components.interfaces.conversion import IDENTITY, Linear, Transformation
+from components.interfaces.problem import Problem, RequestError
+from components.interfaces.quantity import Quantity, Type
+from components.interfaces.record import Variable
+from fmus.ports import whole_name
+from fmus.version import Version
+from orchestrator.mapping.file import written
+from orchestrator.mapping.mapped import Mapped
+from orchestrator.scenario import Scenario
+from orchestrator.ssp.rules import SSC, SSD, SSV
+from orchestrator.ssp.xml import Element, add, add_enumerations, add_units, has_unit, literal, qualified
+from orchestrator.system import Connection, Fmu, InProcess, Source, System
+
+OURS: Final = "urn:macrostep"
+OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
+BLOCK_TYPE: Final = "application/x-macrostep-block"
+BLOCK_SOURCE: Final = "urn:macrostep:block:"
+MAPPING_TYPE: Final = "application/x-macrostep-mapping"
+"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
+FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
+_NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
+_OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
+_CAUSALITIES: Final = {
+    "inputs": ("input",),
+    "outputs": ("output",),
+    "parameters": ("parameter", "structuralParameter"),
+    "initials": ("output", "local"),
+}
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+
+
+def write(scenario: Scenario, path: Path) -> None:
+    """Write a scenario's system with its FMUs and parameter values as one `.ssp` file; equal systems, equal bytes.
+
+    Raises `RequestError` for a unit that SSP cannot carry.
+    """
+    files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
+    for name, source in scenario.system.units.items():
+        files[f"resources/{name}.ssv"] = _text(_parameter_set(scenario, name))
+        if (file := file_of(source)) is not None:
+            files[_resource(scenario.system, name, file)] = file.read_bytes()
+        if isinstance(source, Mapped):
+            fmu = Path(_resource(scenario.system, name, source.fmu.path)).name
+            files[f"resources/{name}.toml"] = written(source.fitting.mapping, fmu).encode()
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
+            archive.writestr(info, files[name])
+
+
+def not_a_file(unit: str, source: Source) -> Problem:
+    """What is wrong with a unit that other tools cannot run."""
+    kind = source.interface.kind
+    if isinstance(source, Mapped):
+        found = f"`{kind}` behind a mapping, which other tools do not read"
+        return Problem(unit, found, "an FMU with the names and units of its socket", "Export it so, or run it here.")
+    found = f"`{kind}`, a block that runs in this process only"
+    return Problem(unit, found, "a block that becomes C, or an FMU", f"Choose another with --{unit}.")
+
+
+def file_of(source: Source) -> Path | None:
+    """The FMU file that a unit is made from; None for a block of this process."""
+    fmu = source.fmu if isinstance(source, Mapped) else source
+    return Path(fmu.path) if isinstance(fmu, Fmu) else None
+
+
+def _resource(system: System, unit: str, path: Path) -> str:
+    """Where a unit's FMU is in the archive; the unit's name comes first where another file has the same name."""
+    files = [file_of(source) for source in system.units.values()]
+    others = [file for file in files if file is not None and file != Path(path)]
+    return f"resources/{unit}.{path.name}" if any(o.name == path.name for o in others) else f"resources/{path.name}"
+
+
+def _text(root: Element) -> bytes:
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def is_old(system: System) -> bool:
+    """Whether SSP 1.0 can say everything: all units are FMI 2.0 FMUs."""
+    return all(isinstance(s, Fmu) and s.archive.version == Version.FMI2 for s in system.units.values())
+
+
+def _description(scenario: Scenario) -> Element:
+    system, old = scenario.system, is_old(scenario.system)
+    root = etree.Element(qualified(SSD, "SystemStructureDescription"), nsmap=_NAMESPACES)
+    root.set("version", "1.0" if old else "2.0")
+    root.set("name", scenario.name)
+    top = add(root, SSD, "System", name=scenario.name, description=scenario.title)
+    elements = add(top, SSD, "Elements")
+    quantities: list[Quantity] = []
+    for name in system.units:
+        quantities += _component(elements, scenario, name, old=old)
+    wires = add(top, SSD, "Connections") if system.connections or system.clock_connections else None
+    for wire in system.connections:
+        _connection(wires, system, wire, old=old)
+    for wire in system.clock_connections:
+        _wire(wires, wire, wire.output, wire.input)
+    add_enumerations(root, quantities)
+    add_units(root, quantities)
+    _experiment(root, scenario)
+    annotations = add(root, SSD, "Annotations")
+    annotation = add(annotations, SSC, "Annotation", type="org.macrostep")
+    add(annotation, OURS, "Scenario").text = json.dumps(_extras(scenario), default=_plain)
+    return root
+
+
+def _connection(parent: Element, system: System, wire: Connection, *, old: bool) -> None:
+    """One connection, or one per element. A conversion is written in full: most tools convert no units themselves."""
+    starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
+    ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+    if old and wire.output_element is not None:
+        starts = [starts[wire.output_element.at]]
+    if old and wire.input_element is not None:
+        ends = [ends[wire.input_element.at]]
+    for start, end in zip(starts, ends, strict=True):
+        made = _wire(parent, wire, start, end)
+        if not old:
+            for side, element in (("start", wire.output_element), ("end", wire.input_element)):
+                if element is not None:
+                    made.set(f"{side}Indices", element.name.rpartition("[")[2].rstrip("]").replace(",", " "))
+        if wire.conversion != IDENTITY or wire.target in system.unconverted:
+            made.set("suppressUnitConversion", "true")
+            _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
+
+
+def _wire(parent: Element, wire: Connection, start: str, end: str) -> Element:
+    ends = {"startElement": wire.source, "startConnector": start, "endElement": wire.unit, "endConnector": end}
+    return add(parent, SSD, "Connection", **ends)
+
+
+def _transformation(parent: Element, transformation: Transformation, q: Quantity) -> None:
+    if transformation == IDENTITY:
+        return
+    if isinstance(transformation, Linear):
+        values = {"factor": repr(transformation.factor), "offset": repr(transformation.offset)}
+        add(parent, SSC, "LinearTransformation", **values)
+        return
+    table = add(parent, SSC, f"{'Boolean' if q.type is Type.BOOLEAN else 'Integer'}MappingTransformation")
+    for entry in transformation.table.items():  # enumerations by their numbers: the two may have different items
+        source, target = (literal(v, q) if q.type is Type.BOOLEAN else str(int(v)) for v in entry)
+        add(table, SSC, "MapEntry", source=source, target=target)
+
+
+def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
+    """The names of a variable's elements where FMI 2.0 flattens them, as the file spells them; else its own.
+
+    `role` is `inputs`, `outputs`, `parameters` or `initials`.
+    """
+    variable = {v.name: v for v in getattr(source.interface, role)}[name]
+    if not (old and variable.shape):
+        return [name]
+    if not isinstance(source, Fmu):
+        return variable.elements
+    spelled = {
+        v.valueReference: str(v.name)
+        for v in source.archive.description.modelVariables
+        if v.causality in _CAUSALITIES[role] and whole_name(v.name, {name: None}) == name
+    }
+    return [spelled[reference] for reference in source.archive.references[name]]
+
+
+def _experiment(root: Element, scenario: Scenario) -> None:
+    """Start and stop time; and the macro step where libcosim looks for it, as SSP has no place of its own."""
+    experiment = add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
+    algorithm = _osp(experiment, "Algorithm")
+    add(algorithm, OSP, "FixedStepAlgorithm", baseStepSize=repr(scenario.h))
+
+
+def _osp(parent: Element, label: str, **attributes: str) -> Element:
+    annotation = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type="com.opensimulationplatform")
+    return add(annotation, OSP, label, **attributes)
+
+
+def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Variable]]:
+    """What a component shows, by kind of connector.
+
+    SSP wants only the connectors that are connected. In SSP 1.0, enumerations that nobody reads are left out: libcosim
+    ends its process when it meets one.
+    """
+    interface = system.units[name].interface
+    read = {c.output for c in system.connections if c.source == name}
+    outputs = [v for v in interface.outputs if not (old and v.quantity.type is Type.ENUMERATION and v.name not in read)]
+    return {"input": list(interface.inputs), "output": outputs, "parameter": list(interface.parameters)}
+
+
+def _extras(scenario: Scenario) -> dict[str, Any]:
+    held = {path: np.asarray(value, dtype=object).tolist() for path, value in scenario.system.held.items()}
+    return {
+        "step": scenario.h,
+        "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
+        "sockets": {name: socket.name for name, socket in scenario.system.sockets.items()},
+        "held": held,
+        "algorithm": scenario.algorithm.value,
+        "solve_loops": scenario.solve_loops,
+        "record": dict(scenario.record),
+        "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
+        "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
+    }
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has no word for: bytes, as hexadecimal digits, and numbers of NumPy."""
+    return value.hex() if isinstance(value, bytes) else value.item()
+
+
+def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
+    system = scenario.system
+    source = system.units[name]
+    if isinstance(source, Fmu):
+        kind, where = FMU_TYPE, _resource(system, name, source.path)
+    elif isinstance(source, Mapped):
+        kind, where = MAPPING_TYPE, f"resources/{name}.toml"
+    elif isinstance(source, InProcess):
+        kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
+    else:
+        raise RequestError([not_a_file(name, source)])
+    component = add(parent, SSD, "Component", name=name, type=kind, source=where)
+    connectors = add(component, SSD, "Connectors")
+    shown = _connectors(system, name, old=old)
+    for role, variables in shown.items():
+        for variable in variables:
+            for label in element_names(source, variable.name, f"{role}s", old=old):
+                connector = add(connectors, SSD, "Connector", name=label, kind=role)
+                _type(connector, SSC, variable.quantity, old=old)
+                if not old:
+                    _dimensions(connector, variable)
+    _clocks(connectors, system, name)
+    bindings = add(component, SSD, "ParameterBindings")
+    add(bindings, SSD, "ParameterBinding", source=f"resources/{name}.ssv")
+    if system.steps.get(name, 1) > 1:
+        _osp(component, "StepSizeHint", value=repr(float(system.steps[name] * Fraction(repr(scenario.h)))))
+    return [v.quantity for variables in shown.values() for v in variables]
+
+
+def _clocks(connectors: Element, system: System, name: str) -> None:
+    """Connectors of a unit's clocks that are connected."""
+    connected = {end for wire in system.clock_connections for end in (wire.origin, wire.target)}
+    for clock in system.units[name].interface.clocks:
+        if f"{name}.{clock.name}" in connected:
+            add(add(connectors, SSD, "Connector", name=clock.name, kind=clock.causality), SSC, "Clock")
+
+
+def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
+    label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
+    made = add(parent, space, label)
+    if has_unit(q):
+        made.set("unit", q.unit)
+    if q.type is Type.ENUMERATION and q.enumeration is not None:
+        made.set("name", q.enumeration.__name__)
+    return made
+
+
+def _dimensions(parent: Element, variable: Variable) -> None:
+    for n in variable.quantity.shape:
+        add(parent, SSC, "Dimension", size=str(n))
+
+
+def _parameter_set(scenario: Scenario, name: str) -> Element:
+    """Values of a unit's parameters and other start values, and of its inputs that are held."""
+    source, old = scenario.system.units[name], is_old(scenario.system)
+    root = etree.Element(qualified(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
+    root.set("version", "1.0" if old else "2.0")
+    root.set("name", scenario.name)
+    parameters = add(root, SSV, "Parameters")
+    held = {path.removeprefix(f"{name}."): v for path, v in scenario.system.held.items() if path.startswith(f"{name}.")}
+    used: list[Quantity] = []
+    for role, values in (("parameters", source.parameters), ("initials", source.parameters), ("inputs", held)):
+        for variable in (v for v in getattr(source.interface, role) if v.name in values):
+            used.append(variable.quantity)
+            given = np.asarray(values[variable.name], dtype=object).ravel()  # objects: bytes keep their zeros
+            texts = [literal(x, variable.quantity) for x in given.tolist()]
+            labels = element_names(source, variable.name, role, old=old)
+            origin = str(scenario.sources.get(f"{name}.{variable.name}", {}).get("source", ""))
+            for label, some in zip(labels, [[text] for text in texts] if old else [texts], strict=True):
+                parameter = add(parameters, SSV, "Parameter", name=label)
+                if origin:
+                    parameter.set("description", origin)
+                _value(parameter, variable, some, old=old)
+    add_units(root, used, space=SSV)
+    return root
+
+
+def _value(parameter: Element, variable: Variable, texts: Sequence[str], *, old: bool) -> None:
+    made = _type(parameter, SSV, variable.quantity, old=old)
+    if variable.quantity.type.is_number or old:
+        made.set("value", " ".join(texts))
+    else:
+        for text in texts:
+            add(made, SSV, "Value", value=text)
+    if not old:
+        _dimensions(parameter, variable)

@@ -1,0 +1,109 @@
+"""Several runs in one recording: the same views, one colour per run, and the difference of chosen signals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from orchestrator.viewing import pages, palette, rerun_stream, screen
+from orchestrator.viewing.kept_run import KeptRun, rows
+from orchestrator.viewing.run_picture import RunPicture
+from orchestrator.viewing.shapes import Page, SeriesStyle, Shape, Style, Values, entity
+
+Rows = Mapping[str, NDArray[Any]]
+
+
+def rebuild(run: KeptRun, path: Path) -> None:
+    """Write the recording of a run anew, from the rows it kept."""
+    columns, scenario = rows(run, path.parent, lambda _: None), run.scenario
+    picture = RunPicture(scenario.system, scenario.scene, timed=False)
+    styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
+    batch = _ticks(columns, scenario.h), scenario.h, picture.shapes(columns, None)
+    rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], [batch])
+
+
+def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequence[str], path: Path) -> None:
+    """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
+    names = _names(runs)
+    pictures = [
+        RunPicture(run.scenario.system, run.scenario.scene, name, i, timed=False)
+        for i, (run, name) in enumerate(zip(runs, names, strict=True))
+    ]
+    chosen = list(differences) or _usual(pictures, tables)
+    raise_if_any(_problems(chosen, runs, tables))
+    page = pages.comparison(names, [run.summary for run in runs], [run.scenario for run in runs])
+    styles: list[Style] = [Page(entity="/about", text=page)]
+    for picture in pictures:
+        styles += picture.styles()
+    views = [_view(column, names, pictures[0]) for column in chosen]
+    styles += [
+        SeriesStyle(entity=entity("difference", name, column), names=[name], colours=[palette.run(i)])
+        for column in chosen
+        for i, name in enumerate(names)
+        if i
+    ]
+    batches: list[tuple[NDArray[np.int64], float, Iterator[Shape | Style]]] = []
+    for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
+        h = run.scenario.h
+        batches.append((_ticks(table, h), h, pictures[i].shapes(table, None)))
+        if i:
+            batches.append((_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
+    rerun_stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
+
+
+def difference(first: Rows, other: Rows, column: str) -> NDArray[np.float64]:
+    """How much larger a signal is in `other` than in `first`, at the times of `other`; NaN where `first` has ended."""
+    t_first, t_other = (np.asarray(table["time"], dtype=float) for table in (first, other))
+    there = np.asarray(first[column], dtype=float)
+    return np.asarray(other[column], dtype=float) - np.interp(t_other, t_first, there, left=np.nan, right=np.nan)
+
+
+def _differences(name: str, columns: Sequence[str], first: Rows, other: Rows) -> Iterator[Shape | Style]:
+    for column in columns:
+        values = difference(first, other, column)
+        known = np.isfinite(values)
+        yield Values(entity=entity("difference", name, column), rows=known, values=values[known])
+
+
+def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Series:
+    units = {c: s.variable.quantity.unit for s in picture.signals for c in s.columns}
+    contents = [entity("difference", name, column) for name in names[1:]]
+    return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents, legend=True)
+
+
+def _usual(pictures: Sequence[RunPicture], tables: Sequence[Rows]) -> list[str]:
+    """Place across the road and speed, as far as all runs have them."""
+    plant = pictures[0].who.plant
+    wanted = [f"{plant}.state.y", f"{plant}.state.v_x"]
+    return [column for column in wanted if all(column in table for table in tables)]
+
+
+def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[Rows]) -> Iterator[Problem]:
+    for column in chosen:
+        for run, table in zip(runs, tables, strict=True):
+            numbers = [name for name in table if name != "time" and np.asarray(table[name]).dtype.kind in "fiub"]
+            if column not in numbers:
+                found = f"no such signal in {run.where}"
+                valid = choices(numbers) if len(numbers) <= _LISTED else "a recorded signal, such as plant.state.y"
+                yield Problem(f"--difference {column}", found, valid, did_you_mean(column, numbers))
+
+
+_LISTED = 20
+"""signals; more are not read by anybody"""
+
+
+def _names(runs: Sequence[KeptRun]) -> list[str]:
+    """The runs' names, with as much of their folders as it takes to tell them apart."""
+    names = [run.name for run in runs]
+    if len(set(names)) == len(names):
+        return names
+    return [str(Path(run.where)) for run in runs]
+
+
+def _ticks(table: Rows, h: float) -> NDArray[np.int64]:
+    return np.rint(np.asarray(table["time"], dtype=float) / h).astype(np.int64)

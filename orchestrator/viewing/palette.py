@@ -1,0 +1,65 @@
+"""Colours of the viewer's pictures: they read on a dark and on a light ground alike.
+
+A label has the colour of what it names, on a plate that is dark in one theme and grey in the other: what has labels is
+nearly white.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from orchestrator.viewing.shapes import Colour
+
+GROUND: Final[Colour] = (28, 32, 30)
+ROAD: Final[Colour] = (58, 61, 66)
+EDGE: Final[Colour] = (225, 225, 225)
+MARK: Final[Colour] = (190, 190, 190)
+EGO: Final[Colour] = (70, 150, 255)
+HEADING: Final[Colour] = (10, 25, 60)
+NAME: Final[Colour] = (240, 240, 240)
+OBSTACLE: Final[Colour] = (215, 95, 45)
+BOUNDARY: Final[Colour] = (255, 195, 150)
+PATH: Final[Colour] = (190, 145, 255)
+WAYPOINT: Final[Colour] = (235, 225, 250)
+PLAN: Final[Colour] = (255, 255, 255)
+CORRIDOR: Final[Colour] = (250, 205, 70)
+LIMIT: Final[Colour] = (150, 150, 150)
+
+SERIES: Final[tuple[Colour, ...]] = (
+    (70, 145, 230),
+    (225, 135, 40),
+    (50, 165, 105),
+    (220, 85, 85),
+    (155, 115, 220),
+    (45, 170, 185),
+)
+RUNS: Final[tuple[Colour, ...]] = (EGO, (240, 140, 40), (60, 180, 110), (225, 80, 130), (165, 120, 230), (50, 185, 195))
+"""One per run of a comparison, from the start again where there are more"""
+
+STATES: Final[dict[str, Colour]] = {
+    "converged": (55, 150, 95),
+    "iteration_limit": (205, 140, 35),
+    "fallback": (205, 65, 60),
+    "own lane": (90, 105, 125),
+    "changing out": (70, 130, 210),
+    "adjacent lane": (45, 140, 150),
+    "changing back": (125, 100, 200),
+    "false": (95, 100, 110),
+    "true": (55, 150, 95),
+}
+
+
+def state(name: str, i: int) -> Colour:
+    """The colour of the state `name`, the `i`-th of its kind."""
+    return STATES.get(name, SERIES[i % len(SERIES)])
+
+
+def run(i: int) -> Colour:
+    """The colour of the `i`-th run of a comparison."""
+    return RUNS[i % len(RUNS)]
+
+
+def paler(colour: Colour, share: float = 0.45) -> Colour:
+    """The colour mixed with grey, for what stands behind."""
+    r, g, b = (round(c + (165 - c) * share) for c in colour)
+    return r, g, b

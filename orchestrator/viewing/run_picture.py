@@ -1,0 +1,145 @@
+"""One run as shapes: its signals, its world, its use of friction and its events, batch by batch of rows.
+
+Entities: `/world/...` is geometry in the road frame, z up; `/signals/<unit>/<bus>/<signal>` holds every recorded
+signal, an array as one entity with a series per element; `/states/...` shows modes and texts, `/derived/...` what is
+computed from signals, `/limits/...` known limits, `/friction/...` the friction circles, `/events` the log. In a
+comparison the name of the run follows the first part, `/world/<run>/ego`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orchestrator.scene import Scene
+from orchestrator.system import System
+from orchestrator.viewing import events, friction, layout, palette, pictures, world
+from orchestrator.viewing.pictures import Columns
+from orchestrator.viewing.shapes import (
+    Memory,
+    Messages,
+    SeriesStyle,
+    Shape,
+    States,
+    StateStyle,
+    Style,
+    Values,
+    entity,
+)
+
+if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
+    import pandas as pd
+
+MICROSECONDS = "\N{MICRO SIGN}s"
+
+
+class RunPicture:
+    """What is drawn of one run; `run` and `number` tell it from others in the same recording.
+
+    A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps.
+    """
+
+    def __init__(
+        self, system: System, scene: Scene | None, run: str = "", number: int | None = None, *, timed: bool = True
+    ) -> None:
+        self.system, self.run, self.who, self.timed = system, run, pictures.cast(system), timed
+        self.scene = None if self.who.is_empty else scene
+        self.signals, self.limits = pictures.signals(system), layout.limits(system)
+        colour = self._colour = None if number is None else palette.run(number)
+        self._most = friction.loads(system, self.who)
+        self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour, number or 0)
+        self._log = events.Log(self.who, self.scene, self.limits)
+        self._memory = Memory()
+
+    def styles(self) -> Iterator[Style]:
+        """What stands from the start."""
+        yield from self._series_styles()
+        names, colours = events.PHASES, [palette.state(name, i) for i, name in enumerate(events.PHASES)]
+        if layout.has_path_error(self.system):
+            yield StateStyle(entity=self._at("states", "manoeuvre"), names=names, colours=colours)
+            yield self._lines(self._at("derived", "path_error"), ["path error [m]"])
+        if self.timed:
+            yield self._lines(self._at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
+        if friction.is_known(self.system, self.who):
+            yield from friction.styles(self.run, self._colour or palette.SERIES[0])
+        if self._world is not None:
+            yield from self._world.styles({signal.bus.rpartition(".")[2] for signal in self.signals})
+
+    def shapes(
+        self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None
+    ) -> Iterator[Shape | Style]:
+        """Consecutive rows of `Simulation.frame()`, and the wall time [s] that each of their steps took."""
+        columns = Columns(frame, self.signals)
+        yield from self._signal_shapes(columns)
+        if step_times is not None:
+            times = np.asarray(step_times, dtype=float)[: len(columns.time)] * 1e6
+            yield Values(entity=self._at("performance", "step_time"), values=times)
+        error = pictures.errors(columns, self.who)
+        if error is not None:
+            yield Values(entity=self._at("derived", "path_error"), values=error)
+        yield from friction.shapes(columns, self.who, self._most, self.run)
+        boxes = pictures.obstacles(columns, self.who)
+        if self._world is not None:
+            yield from self._world.shapes(columns, error, boxes)
+        yield from self._happenings(columns, None if boxes is None else boxes[0])
+
+    def _at(self, root: str, *parts: str) -> str:
+        return entity(root, self.run, *parts)
+
+    def _lines(self, at: str, names: list[str], first: int = 0) -> SeriesStyle:
+        """In a comparison all series of a run have its colour; what they show is the title of their view."""
+        if self._colour is None:
+            colours = [palette.SERIES[(first + i) % len(palette.SERIES)] for i in range(len(names))]
+            return SeriesStyle(entity=at, names=names, colours=colours)
+        told = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
+        return SeriesStyle(entity=at, names=told, colours=[self._colour] * len(names))
+
+    def _series_styles(self) -> Iterator[Style]:
+        seen: Counter[str] = Counter()
+        for signal in (s for s in self.signals if s.is_number):
+            yield self._lines(self._at("signals", *signal.path.split(".")), signal.labels, seen[signal.bus])
+            seen[signal.bus] += len(signal.columns)
+            if names := list(signal.states.values()):
+                colours = [palette.state(name, i) for i, name in enumerate(names)]
+                yield StateStyle(entity=self._at("states", *signal.path.split(".")), names=names, colours=colours)
+        for limit in self.limits:
+            at = self._at(*layout.limit_parts(limit))
+            yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
+
+    def _signal_shapes(self, columns: Columns) -> Iterator[Shape]:
+        for signal in columns.signals:
+            values = columns.of(signal.path)
+            yield Values(entity=self._at("signals", *signal.path.split(".")), values=values)
+            if names := signal.states:
+                at = self._at("states", *signal.path.split("."))
+                rows = self._memory.news(at, values[:, None])
+                yield States(entity=at, rows=rows, names=[names.get(v, f"{v:g}") for v in values[rows].tolist()])
+        for path, elements in columns.texts.items():
+            for i, values in enumerate(elements):
+                index = f"[{i + 1}]" if len(elements) > 1 else ""
+                at = self._at("states", *f"{path}{index}".split("."))
+                rows = self._memory.news(at, np.array(values, dtype=object)[:, None])
+                yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
+        ends = np.unique([0, len(columns.time) - 1])
+        for limit in (limit for limit in self.limits if columns.has(limit.signal)):
+            at = self._at(*layout.limit_parts(limit))
+            yield Values(entity=at, rows=ends, values=np.full(len(ends), limit.value))
+
+    def _happenings(self, columns: Columns, boxes: pictures.Boxes | None) -> Iterator[Shape]:
+        phase = events.phases(columns, self.who)
+        if phase is not None:
+            at = self._at("states", "manoeuvre")
+            rows = self._memory.news(at, phase[:, None])
+            yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
+        said = f"{self.run}: " if self.run else ""
+        if happened := self._log.of(columns, boxes):
+            yield Messages(
+                entity=self._at("events"),
+                rows=np.array([event.row for event in happened]),
+                texts=[f"{said}{event.text}" for event in happened],
+                levels=[event.level for event in happened],
+            )

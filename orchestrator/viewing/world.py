@@ -1,0 +1,179 @@
+"""The world of one run as shapes: road, ego and trail, obstacles and their boundaries, path, plan and corridor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from orchestrator.path_geometry import path_lines
+from orchestrator.scene import Scene
+from orchestrator.viewing import palette, pictures
+from orchestrator.viewing.pictures import Boxes, Cast, Columns
+from orchestrator.viewing.shapes import (
+    Array,
+    Car,
+    Colour,
+    Lines,
+    LineStyle,
+    Memory,
+    Points,
+    PointStyle,
+    Pose,
+    Shape,
+    Solids,
+    SolidStyle,
+    Still,
+    Style,
+    Surface,
+    entity,
+)
+
+FLAT: Final = 0.02
+"""[m] height of the footprints: from above, bodies would hide where a vehicle ends"""
+
+_BESIDE, _APART = 0.7, 1.1
+"""[m] beside a vehicle stands its name, and those of others below it"""
+
+
+class World:
+    """What is drawn of a run's world; in a comparison (`colour`) the ego's trail, path and plan have its colour.
+
+    The names of several runs stand below each other, by their `number`.
+    """
+
+    def __init__(self, who: Cast, scene: Scene, run: str, colour: Colour | None, number: int = 0) -> None:
+        self._beside = _BESIDE + number * _APART
+        self._who, self._scene, self._run, self._colour = who, scene, run, colour
+        self._memory = Memory()
+        self._road = (0.0, 0.0)
+
+    def _at(self, *parts: str) -> str:
+        return entity("world", self._run, *parts)
+
+    def styles(self, buses: set[str]) -> Iterator[Style]:
+        """What stands from the start; only for the `buses` there are."""
+        own = self._colour
+        path, plan = (palette.PATH, palette.PLAN) if own is None else (palette.paler(own, 0.3), own)
+        corridor = palette.CORRIDOR if own is None else palette.paler(own)
+        if self._who.plant is not None:
+            for name, height in (("footprint", FLAT), ("body", pictures.HEIGHT)):
+                yield Car(
+                    entity=self._at("ego", name),
+                    length=self._scene.ego_length,
+                    width=self._scene.ego_width,
+                    height=height,
+                    colour=own or palette.EGO,
+                    label=self._run or "ego",
+                    beside=self._beside,
+                    shared=own is not None,
+                )
+            yield PointStyle(entity=self._at("trail"), size=0.15, of_world=True, colour=own)
+        if "obstacles" in buses:
+            yield SolidStyle(entity=self._at("obstacles", "footprint"), colour=palette.OBSTACLE)
+            yield SolidStyle(entity=self._at("obstacles", "body"), colour=palette.OBSTACLE)
+            yield LineStyle(entity=self._at("obstacles", "boundary"), size=1.5, colour=own or palette.BOUNDARY)
+        if "path" in buses:
+            yield LineStyle(entity=self._at("path"), size=1.5, colour=path)
+            yield PointStyle(
+                entity=self._at("path", "waypoints"), size=4, colour=palette.WAYPOINT if own is None else path
+            )
+        if "plan" in buses:
+            yield LineStyle(entity=self._at("plan"), size=2, colour=plan)
+            yield PointStyle(entity=self._at("plan", "points"), size=3.5, colour=plan)
+            yield LineStyle(entity=self._at("plan", "corridor"), size=2, colour=corridor)
+
+    def shapes(
+        self, columns: Columns, error: Array | None, boxes: tuple[Boxes, Array] | None
+    ) -> Iterator[Shape | Style]:
+        """The world in these rows; the road is drawn anew where they reach beyond it."""
+        ego = columns.bus(self._who.plant, "state", "x", "y", "psi")
+        places = [np.array([0.0, 100.0]), *([] if ego is None else [ego[0]]), *([] if boxes is None else [boxes[0].x])]
+        yield from self._road_to(np.concatenate(places))
+        if ego is not None:
+            yield from self._ego(ego, error)
+        if boxes is not None:
+            yield from self._obstacles(*boxes)
+        yield from self._path(columns)
+        yield from self._plan(columns, ego)
+
+    def _road_to(self, x: Array) -> Iterator[Style]:
+        places = np.clip(x[np.isfinite(x)], *pictures.ROAD_AT_MOST)
+        needed = (places.min(initial=0) - pictures.ROAD_BEFORE, places.max(initial=0) + pictures.ROAD_BEFORE)
+        if needed[0] >= self._road[0] and needed[1] <= self._road[1]:
+            return
+        low = float(min(self._road[0], 100 * np.floor(needed[0] / 100)))
+        high = float(max(self._road[1], 100 * np.ceil(needed[1] / 100)))
+        self._road = (low, high)
+        sides = self._scene.y_right, self._scene.y_left
+        yield Surface(entity=self._at("road"), x=self._road, y=sides, colour=palette.ROAD)
+        edges = np.array([[[low, y, 0], [high, y, 0]] for y in sides])
+        yield Still(entity=self._at("road", "edges"), strips=edges, colour=palette.EDGE, size=0.08, of_world=True)
+        marks = pictures.raised(pictures.lane_marks(self._scene, low, high), 0)
+        yield Still(entity=self._at("road", "lanes"), strips=marks, colour=palette.MARK, size=0.06, of_world=True)
+
+    def _ego(self, ego: tuple[Array, ...], error: Array | None) -> Iterator[Shape]:
+        x, y, psi = ego
+        places = np.column_stack([x, y, np.zeros_like(x)])
+        yield Pose(entity=self._at("ego"), places=places, rotations=pictures.quaternions(psi))
+        yield Pose(entity=self._at("follow"), places=places * [1, 0, 1])
+        colours = None
+        if self._colour is None:
+            plain = np.tile(np.array(palette.EGO, dtype=np.uint8), (len(x), 1))
+            colours = pictures.rgba(plain if error is None else pictures.error_colours(error))
+        yield Points(entity=self._at("trail"), places=pictures.raised(places[:, :2], 0.1), colours=colours)
+
+    def _obstacles(self, boxes: Boxes, known: Array) -> Iterator[Shape]:
+        rows = self._memory.news("obstacles", known)
+        boxes = boxes.where(rows)
+        place, size = np.column_stack([boxes.x, boxes.y]), np.column_stack([boxes.length, boxes.width]) / 2
+        turned = pictures.quaternions(boxes.psi)
+        for name, height in (("footprint", FLAT), ("body", pictures.HEIGHT)):
+            half = np.full((len(place), 1), height / 2)
+            yield Solids(
+                entity=self._at("obstacles", name),
+                rows=rows,
+                counts=boxes.count,
+                centres=np.hstack([place, half]),
+                halves=np.hstack([size, half]),
+                rotations=turned,
+            )
+        yield Lines(
+            entity=self._at("obstacles", "boundary"),
+            rows=rows,
+            counts=boxes.count,
+            strips=pictures.raised(pictures.boundaries(boxes, self._scene.l_gap), 0.03),
+            labels=[f"#{i}" for i in boxes.id],
+        )
+
+    def _path(self, columns: Columns) -> Iterator[Shape]:
+        path = columns.bus(self._who.controller, "path", "x", "y")
+        if path is None:
+            return
+        rows = self._memory.news("path", np.column_stack(path))
+        x, y = path[0][rows], path[1][rows]
+        strips = [pictures.raised(line, 0.04) for line in path_lines(x, y)]
+        yield Lines(entity=self._at("path"), rows=rows, strips=strips)
+        labels = None
+        if self._colour is None:
+            labels = [label for row in zip(x, y, strict=True) for label in pictures.waypoint_labels(*row)]
+        points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.05)])
+        counts = [x.shape[1]] * len(x)
+        yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)
+
+    def _plan(self, columns: Columns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
+        plan = columns.bus(self._who.controller, "plan", "x", "y", "x_d", "y_upper", "y_lower")
+        if plan is None:
+            return
+        x, y, x_d, upper, lower = plan
+        ahead = np.stack([x, y, np.full_like(x, 0.06)], axis=-1)
+        each = [x.shape[1]] * len(x)
+        yield Points(entity=self._at("plan", "points"), places=ahead.reshape(-1, 3), counts=each)
+        if ego is not None:
+            start = np.column_stack([ego[0], ego[1], np.full(len(x), 0.06)])[:, None, :]
+            yield Lines(entity=self._at("plan"), strips=np.concatenate([start, ahead], axis=1))
+        height = np.full_like(x, 0.05)
+        sides = np.stack([np.stack([x_d, side, height], axis=-1) for side in (upper, lower)], axis=1)
+        strips = sides.reshape(-1, *sides.shape[2:])
+        yield Lines(entity=self._at("plan", "corridor"), strips=strips, counts=[2] * len(x))

@@ -1,0 +1,48 @@
+"""A mapping that is written reads back as the same mapping."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from components.interfaces.sockets import PLANT
+from orchestrator.mapping.file import Amount, Entry, MappingFile, written
+from orchestrator.mapping.reader import parse_mapping
+
+names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12)
+finite = st.floats(allow_nan=False, allow_infinity=False)
+amounts = st.builds(Amount, finite | st.integers(-99, 99) | st.booleans(), names)
+numbers = st.dictionaries(st.sampled_from(["factor", "offset", "min", "max"]), st.builds(Amount, finite, names))
+entries = (
+    st.builds(Entry, st.tuples(names), unit=st.none() | names, numbers=numbers)
+    | st.builds(Entry, constant=amounts)
+    | st.just(Entry(unused=True))
+)
+distances = st.builds(Amount, finite, names)
+signals = [v.name for v in PLANT.signals()]
+mappings = st.builds(
+    MappingFile,
+    where=st.just("map.toml"),
+    socket=st.just("plant"),
+    axes=st.sampled_from(["iso8855", "y_right"]),
+    feedthrough=st.booleans(),
+    signals=st.dictionaries(st.sampled_from(signals), st.lists(entries, min_size=1, max_size=3).map(tuple)),
+    references=st.dictionaries(
+        st.just("state"),
+        st.tuples(st.sampled_from(["rear_axle", "ahead"]), distances) | st.just(("centre_of_gravity", None)),
+    ),
+    velocities=st.dictionaries(st.just("state"), st.sampled_from(["road", "speed_and_slip"])),
+    constants=st.dictionaries(names, amounts),
+    parameters=st.dictionaries(names, amounts),
+)
+
+
+@given(mapping=mappings)
+def test_what_is_written_reads_back(mapping):
+    text = written(mapping, "sub/theirs.fmu")
+    again = parse_mapping(tomllib.loads(text), "map.toml", "plant", Path())
+    assert again == replace(mapping, fmu=Path("sub/theirs.fmu"))

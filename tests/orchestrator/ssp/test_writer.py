@@ -1,0 +1,83 @@
+"""A system as an SSP file, and back."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import fmpy.ssp.ssd
+import pytest
+from lxml import etree
+
+from components.interfaces.problem import RequestError
+from fmus.version import Version
+from orchestrator.parameters import Setting
+from orchestrator.scenario import Options, prepare
+from orchestrator.ssp import reader as ssp_reader
+from orchestrator.ssp import writer as ssp
+
+SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
+
+
+@pytest.fixture(params=["blocks", Version.FMI2, Version.FMI3], ids=str)
+def static(request, built_fmus):
+    return prepare("static", Options(mode=request.param))
+
+
+def test_what_is_read_back_is_what_was_written(static, tmp_path):
+    ssp.write(static, tmp_path / "a.ssp")
+    found = ssp_reader.read(tmp_path / "a.ssp")
+    assert (found.name, found.title, found.h, found.until) == (static.name, static.title, static.h, static.until)
+    assert dict(found.sources) == dict(static.sources)
+    assert vars(found.scene) == vars(static.scene)
+    assert {str(c) for c in found.system.connections} == {str(c) for c in static.system.connections}
+    for name, unit in static.system.units.items():
+        assert found.system.units[name].parameters == unit.parameters
+        assert found.system.units[name].interface.kind == unit.interface.kind
+    ssp.write(found, tmp_path / "b.ssp")
+    assert (tmp_path / "a.ssp").read_bytes() == (tmp_path / "b.ssp").read_bytes()
+
+
+def test_a_system_of_fmi_2_keeps_the_schema_of_ssp_1(built_fmus, tmp_path):
+    ssp.write(prepare("static", Options(mode=Version.FMI2)), tmp_path / "a.ssp")
+    with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    description = etree.XMLSchema(etree.parse(SCHEMAS / "SystemStructureDescription.xsd"))
+    description.assertValid(etree.fromstring(files["SystemStructure.ssd"]))
+    values = etree.XMLSchema(etree.parse(SCHEMAS / "SystemStructureParameterValues.xsd"))
+    for name in ("plant", "traffic", "controller"):
+        values.assertValid(etree.fromstring(files[f"resources/{name}.ssv"]))
+    assert fmpy.ssp.ssd.read_ssd(tmp_path / "a.ssp").system.name == "static"
+
+
+def test_settings_change_what_is_read(tmp_path):
+    ssp.write(prepare("static", Options(mode="blocks")), tmp_path / "a.ssp")
+    settings = {"plant": [Setting("plant", "m", None, 2100.0)]}
+    found = ssp_reader.read(tmp_path / "a.ssp", settings, step=0.05, stop_time=1.0)
+    assert found.system.units["plant"].parameters["m"] == 2100.0
+    assert found.sources["plant.m"]["source"] == "--set"
+    assert (found.h, found.until) == (0.05, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("entries", "text"),
+    [
+        (None, "found a file that is no zip archive"),
+        ({"readme.txt": "x"}, "found an archive without SystemStructure.ssd"),
+        ({"SystemStructure.ssd": "<a"}, "SystemStructure.ssd, line 1: found XML that is not well-formed"),
+        ({"SystemStructure.ssd": "<a/>"}, "found the element `a`; valid: `SystemStructureDescription` of SSP"),
+        ({"../evil.txt": "x"}, "found an entry that would leave the folder, ../evil.txt"),
+    ],
+)
+def test_a_file_that_is_no_ssp_is_refused(tmp_path, entries, text):
+    path = tmp_path / "bad.ssp"
+    if entries is None:
+        path.write_text("hello")
+    else:
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, content in entries.items():
+                archive.writestr(name, content)
+    with pytest.raises(RequestError) as error:
+        ssp_reader.read(path)
+    assert text in str(error.value)
+    assert not (tmp_path.parent / "evil.txt").exists()

@@ -1,0 +1,85 @@
+"""Several runs in one recording."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from components.interfaces.problem import RequestError
+from orchestrator.viewing import comparison
+from orchestrator.viewing import kept_run as kept
+from orchestrator.viewing.rerun_stream import read_series
+
+LINE = arrays(float, 21, elements=st.floats(-1e3, 1e3))
+
+
+@pytest.fixture(scope="module")
+def runs(kept_run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    paths = kept_run(folder / "one", until=3.0), kept_run(folder / "two", settings=("controller.b_3=2e-2",), until=2.0)
+    return [kept.find(path) for path in paths]
+
+
+@pytest.fixture(scope="module")
+def tables(runs):
+    return [pd.read_parquet(run.folder / "signals.parquet") for run in runs]
+
+
+def _compared(runs, tables, differences, path):
+    comparison.compare(runs, [{n: t[n].to_numpy() for n in t} for t in tables], differences, path)
+    return read_series(path)
+
+
+def test_all_runs_and_their_differences_stand_in_one_recording(runs, tables, tmp_path):
+    found = _compared(runs, tables, [], tmp_path / "both.rrd")
+    for run, table in zip(runs, tables, strict=True):
+        ticks, values = found[f"/signals/{run.name}/plant/state/v_x"]
+        np.testing.assert_array_equal(ticks, np.arange(len(table)))
+        np.testing.assert_array_equal(values[:, 0], table["plant.state.v_x"])
+    for column in ("plant.state.y", "plant.state.v_x"):
+        ticks, values = found[f"/difference/two/{column}"]
+        np.testing.assert_array_equal(ticks, np.arange(21))
+        np.testing.assert_array_equal(values[:, 0], tables[1][column] - tables[0][column][:21])
+    assert not any(entity.startswith("/difference/one") for entity in found)
+
+
+def test_a_chosen_signal_may_be_the_element_of_an_array(runs, tables, tmp_path):
+    found = _compared(runs, tables, ["controller.plan.y[3]"], tmp_path / "both.rrd")
+    assert [entity for entity in found if entity.startswith("/difference")] == [
+        "/difference/two/controller.plan.y\\[3\\]"
+    ]
+
+
+@given(first=LINE, other=LINE)
+def test_a_difference_is_zero_from_itself_and_turns_with_the_order(first, other):
+    t = np.arange(21) * 0.1
+    a, b = {"time": t, "x": first}, {"time": t, "x": other}
+    assert not comparison.difference(a, a, "x").any()
+    np.testing.assert_array_equal(comparison.difference(a, b, "x"), -comparison.difference(b, a, "x"))
+
+
+def test_runs_of_other_steps_are_aligned_by_time():
+    coarse = {"time": np.arange(5) * 0.2, "x": np.arange(5) * 2.0}
+    fine = {"time": np.arange(12) * 0.1, "x": np.arange(12) * 1.0 + 3}
+    np.testing.assert_allclose(comparison.difference(coarse, fine, "x"), [3] * 9 + [np.nan] * 3)
+
+
+def test_a_signal_that_is_not_there_is_refused_for_every_run(runs, tables, tmp_path):
+    with pytest.raises(RequestError) as raised:
+        _compared(runs, tables, ["plant.state.w"], tmp_path / "both.rrd")
+    valid = "valid: a recorded signal, such as plant.state.y. Did you mean `plant.state.y`?"
+    assert [str(p) for p in raised.value.problems] == [
+        f"--difference plant.state.w: found no such signal in {run.where}; {valid}" for run in runs
+    ]
+
+
+def test_runs_of_the_same_name_are_told_apart_by_their_folders(kept_run, tmp_path):
+    paths = [kept_run(tmp_path / part / "static-1", until=0.5) for part in "ab"]
+    found = [kept.find(path) for path in paths]
+    series = _compared(found, [pd.read_parquet(p / "signals.parquet") for p in paths], [], tmp_path / "both.rrd")
+    names = {comparison.entity("difference", str(path), "plant.state.y") for path in paths[1:]}
+    assert names <= series.keys()

@@ -1,0 +1,108 @@
+"""What the pictures are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from components import BLOCKS
+from orchestrator.scenario import Options, prepare
+from orchestrator.system import System, block_source
+from orchestrator.viewing import layout, pictures
+from orchestrator.viewing.pictures import Boxes, Columns
+
+
+@pytest.fixture(scope="module")
+def static():
+    return prepare("static", Options(mode="blocks"))
+
+
+def _traffic_rows(valid, x):
+    """Rows of a traffic unit with eight slots."""
+    columns = {"time": np.arange(len(valid)) * 0.1}
+    for slot in range(8):
+        at = f"[{slot + 1}]"
+        columns[f"traffic.obstacles.valid{at}"] = np.array(valid)[:, slot]
+        columns[f"traffic.obstacles.id{at}"] = slot + 1
+        columns[f"traffic.obstacles.x{at}"] = np.array(x, dtype=float)
+        for name, value in (("y", 0.0), ("psi", 0.0), ("v", 0.0), ("length", 4.0), ("width", 2.0)):
+            columns[f"traffic.obstacles.{name}{at}"] = value
+    return pd.DataFrame(columns)
+
+
+def test_obstacles_of_invalid_slots_are_left_out(static):
+    valid = [[True, False, True] + [False] * 5, [False] * 8, [False, True] + [False] * 6]
+    columns = Columns(_traffic_rows(valid, [10.0, 20.0, 30.0]), pictures.signals(static.system))
+    boxes, known = pictures.obstacles(columns, pictures.cast(static.system))
+    assert boxes.count.tolist() == [2, 0, 1]
+    assert boxes.id.tolist() == [1, 3, 2]
+    assert boxes.x.tolist() == [10.0, 10.0, 30.0]
+    assert known.shape[0] == 3
+    last = boxes.where(np.array([False, True, True]))
+    assert (last.count.tolist(), last.row.tolist(), last.id.tolist()) == ([0, 1], [1], [2])
+
+
+def test_what_was_not_recorded_is_not_there(static):
+    columns = Columns(pd.DataFrame({"time": [0.0], "plant.state.x": [1.0]}), pictures.signals(static.system))
+    assert [s.path for s in columns.signals] == ["plant.state.x"]
+    assert columns.bus("plant", "state", "x", "y") is None
+    assert columns.bus(None, "state", "x") is None
+    assert pictures.obstacles(columns, pictures.cast(static.system)) is None
+    assert pictures.errors(columns, pictures.cast(static.system)) is None
+
+
+def test_a_boundary_shows_where_the_box_is_heading():
+    quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
+    line = pictures.boundaries(quarter, 0.5)[0]
+    np.testing.assert_allclose(line[0], [10, 2])
+    np.testing.assert_allclose(line[1], [10, 4.5])
+    np.testing.assert_allclose(line[[2, 3, 4, 5, 2]], pictures.outlines(quarter, 0.5)[0])
+
+
+def test_an_outline_is_the_box_grown_on_every_side():
+    quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
+    corners = pictures.outlines(quarter, 0.5)[0]
+    np.testing.assert_allclose(corners[0], corners[-1])
+    np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[8.5, -0.5], [11.5, 4.5]])
+
+
+def test_waypoints_on_one_spot_share_a_label():
+    x = np.array([0.0, 1.0, 1.0, 1.0, 2.0])
+    assert pictures.waypoint_labels(x, np.zeros(5)) == ["P0", "P1,2,3", "", "", "P4"]
+
+
+def test_the_error_is_drawn_from_green_to_red_whatever_its_sign():
+    colours = pictures.error_colours(np.array([0.0, 9.0, -9.0]))
+    assert colours[0].argmax() == 1
+    assert colours[1].argmax() == 0
+    np.testing.assert_array_equal(colours[1], colours[2])
+
+
+def test_lane_marks_stay_between_the_lanes(static):
+    marks = pictures.lane_marks(static.scene, -40.0, 140.0)
+    assert (marks[..., 1] == 1.75).all()
+    assert -40 <= marks[..., 0].min() <= marks[..., 0].max() <= 140
+
+
+def test_known_limits_are_those_of_the_controllers_parameters(static):
+    found = {limit.label: limit.value for limit in layout.limits(static.system)}
+    assert found["delta_max [rad]"] == -found["-delta_max [rad]"] > 0
+    assert (found["T_dmax [N.m]"], found["-T_bmax [N.m]"], found["limit [1]"]) == (200, -160, 1)
+
+
+def test_questions_without_an_answer_are_not_asked():
+    plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
+    assert layout.questions(plain) == {}
+    assert layout.limits(plain) == []
+    assert not layout.has_path_error(plain)
+    assert [(plot.title, len(plot.signals)) for plot in layout.buses(plain)] == [
+        ("rest.obstacles [1]", 2),
+        ("rest.obstacles [m]", 4),
+        ("rest.obstacles [rad]", 1),
+        ("rest.obstacles [m/s]", 1),
+    ]
+
+
+def _resting():
+    return {f"rest.ego.{name}": 0.0 for name in ("x", "y", "psi", "v_x", "v_y", "r")}

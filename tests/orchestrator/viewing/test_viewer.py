@@ -1,0 +1,252 @@
+"""Runs in the real viewer: what its pictures hold, view by view, and what is said when it cannot open."""
+
+from __future__ import annotations
+
+import io
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from components.interfaces.problem import RequestError
+from orchestrator.live import answers
+from orchestrator.viewing import palette, rerun_stream, viewer
+from orchestrator.viewing.photograph import headless_viewer, photograph
+from tests.orchestrator.chromium import PROGRAM, Chromium
+
+SCREEN = {
+    "bird's eye": (0.0, 0.555, 0.09, 0.40),
+    "following": (0.56, 0.775, 0.09, 0.40),
+    "friction": (0.785, 1.0, 0.09, 0.40),
+    "did": (0.0, 0.187, 0.43, 0.95),
+    "felt": (0.19, 0.375, 0.43, 0.95),
+    "hard": (0.38, 0.563, 0.43, 0.95),
+    "fast": (0.57, 0.752, 0.43, 0.95),
+    "modes": (0.756, 1.0, 0.43, 0.68),
+    "events": (0.756, 1.0, 0.72, 0.95),
+}
+"""Left, right, top and bottom of each view, in shares of the window"""
+
+
+def _count(picture, view, colour, tolerance=12):
+    """Pixels of a colour in a view."""
+    left, right, top, bottom = SCREEN[view]
+    height, width, _ = picture.shape
+    part = picture[int(top * height) : int(bottom * height), int(left * width) : int(right * width)]
+    return int((np.abs(part - colour).max(axis=-1) < tolerance).sum())
+
+
+def _missing(picture, wanted, least=20):
+    """Which of the colours that each view must contain are not there."""
+    return [
+        (view, colour)
+        for view, colours in wanted.items()
+        for colour in colours
+        if _count(picture, view, colour) < least
+    ]
+
+
+@pytest.fixture(scope="module")
+def static(kept_run, tmp_path_factory):
+    return kept_run(tmp_path_factory.mktemp("runs") / "static-1")
+
+
+def _pictures(requests, times, scratch):
+    scratch.mkdir(exist_ok=True)
+    recording = viewer.recording(viewer._found(requests, []), [], scratch, lambda _: None)
+    found = photograph(recording, times)
+    return [np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int) for content in found]
+
+
+ANSWERS = {
+    "did": palette.SERIES[:2],
+    "felt": (palette.SERIES[5], *palette.SERIES[:2]),
+    "hard": (palette.SERIES[4], palette.SERIES[5], palette.SERIES[0], palette.LIMIT),
+    "fast": (palette.SERIES[3],),
+    "modes": [
+        tuple(round(0.784 * channel) for channel in palette.STATES[name])  # the viewer lets the ground show through
+        for name in ("converged", "own lane", "changing out", "adjacent lane", "changing back")
+    ],
+}
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_every_view_of_static_shows_what_it_must(static, graphics, tmp_path):
+    early, late = _pictures([static], [2.6, 7.0], tmp_path)
+    world = (palette.EGO, palette.PATH, palette.OBSTACLE, palette.BOUNDARY, palette.CORRIDOR, palette.EDGE)
+    wanted = {"bird's eye": world, "following": (palette.EGO, palette.PATH, palette.ROAD), **ANSWERS}
+    wanted["friction"] = (palette.LIMIT, palette.SERIES[0])
+    assert _missing(early, wanted) == []
+    assert _missing(late, {**wanted, "bird's eye": world[:3]}) == []
+    assert _count(early, "events", (255, 255, 255), 120) > 500
+    moved = np.abs(early - late).max(axis=-1) > 30
+    assert moved[: moved.shape[0] // 3].sum() > 5000, "the world moves on"
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_moving_obstacles_and_the_trails_colours_show(kept_run, graphics, tmp_path):
+    run = kept_run(tmp_path / "dynamic-1", "dynamic")
+    (picture,) = _pictures([run], [4.0], tmp_path / "scratch")
+    wanted = {"bird's eye": (palette.EGO, palette.OBSTACLE, palette.BOUNDARY), "following": (palette.OBSTACLE,)}
+    assert _missing(picture, {**wanted, **ANSWERS}) == []
+    reddish = picture[..., 0] - picture[..., 2] > 100
+    left, right, top, bottom = SCREEN["bird's eye"]
+    height, width = reddish.shape
+    assert reddish[int(top * height) : int(bottom * height), int(left * width) : int(right * width)].any()
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_a_comparison_shows_each_run_in_its_colour(static, kept_run, graphics, tmp_path):
+    other = kept_run(tmp_path / "slower", settings=("controller.v_ref=8",))
+    (picture,) = _pictures([static, other], [3.2], tmp_path / "scratch")
+    both = palette.RUNS[:2]
+    wanted = dict.fromkeys(("bird's eye", "following", "friction", "did", "felt", "hard", "fast"), both)
+    assert _missing(picture, wanted) == []
+    assert _missing(picture, {"modes": ANSWERS["modes"]}) == []
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium: apt-get install chromium")
+def test_the_web_viewer_shows_the_same_in_the_light_theme(static, tmp_path):
+    command = [viewer.program(), *viewer.arguments(static / "recording.rrd", web=True)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            said = iter(process.stderr.readline, "")
+            url = next(
+                found[0] for line in said if (found := re.search(r"http://127\.0\.0\.1:\d+\?url=[\w%.-]+", line))
+            )
+            with Chromium(tmp_path / "profile") as browser:
+                browser.open(f"{url}&theme=light&renderer=webgl")
+                wanted = {view: colours for view, colours in ANSWERS.items() if view != "modes"}
+                wanted |= {"bird's eye": (palette.EGO, palette.PATH, palette.EDGE), "friction": (palette.LIMIT,)}
+                picture = browser.picture(until=lambda found: not _missing(found, wanted), seconds=120)
+        finally:
+            process.terminate()
+    assert _missing(picture, wanted) == []
+    assert _missing(picture, {"did": ((255, 255, 255),)}) == [], "the ground is not light"
+
+
+def _listening(pid):
+    """Local addresses (hexadecimal) that a process listens at."""
+    sockets = {str(link.readlink()) for link in Path(f"/proc/{pid}/fd").iterdir() if link.is_symlink()}
+    lines = [
+        line.split() for name in ("tcp", "tcp6") for line in Path(f"/proc/{pid}/net/{name}").read_text().split("\n")
+    ]
+    return [words[1] for words in lines if len(words) > 9 and words[3] == "0A" and f"socket:[{words[9]}]" in sockets]
+
+
+@pytest.mark.viewer
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("web", [False, True])
+def test_the_viewer_listens_on_this_machine_only(static, graphics, web):
+    options = viewer.arguments(static / "recording.rrd", web=web)
+    command = [viewer.program(), *([] if web else ["--headless"]), *options]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
+        try:
+            deadline = time.monotonic() + 30
+            while not (found := _listening(process.pid)) and time.monotonic() < deadline:
+                time.sleep(0.2)
+        finally:
+            process.terminate()
+    assert found
+    assert all(address.startswith("0100007F:") for address in found)
+
+
+def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with headless_viewer() as url:
+        assert url.startswith("rerun+http://127.0.0.1:")
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not answers(url):
+            time.sleep(0.1)
+        assert list(tmp_path.iterdir())
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, tmp_path):
+    monkeypatch.setattr(rerun_stream, "_ANSWERS_WITHIN", 5.0)
+    path = tmp_path / "a.rrd"
+    path.write_bytes(b"RRF2")
+    with pytest.raises(RequestError) as raised:
+        photograph(path, [None])
+    assert str(raised.value) == (
+        "a.rrd: found nothing that the viewer can show; valid: a recording of a run. Run it again."
+    )
+
+
+@pytest.fixture
+def refused(monkeypatch):
+    """The text of the refusal of a request."""
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+    def told(*requests, differences=(), **options):
+        with pytest.raises(RequestError) as raised:
+            viewer.show(list(requests), list(differences), lambda _: None, **options)
+        return [str(problem) for problem in raised.value.problems]
+
+    return told
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display")
+def test_without_a_display_there_is_a_way_out(static, refused):
+    assert refused(static) == [
+        "Rerun viewer: found no display; valid: a machine with a display. "
+        "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"
+    ]
+
+
+def test_all_that_is_wrong_with_several_runs_is_told_at_once(static, refused, tmp_path):
+    alone = tmp_path / "alone.rrd"
+    alone.write_bytes((static / "recording.rrd").read_bytes())
+    nowhere = tmp_path / "nowhere"
+    assert refused(static, static, alone, nowhere) == [
+        f"{nowhere}: found no such file or folder; valid: a run folder, or an .rrd file. "
+        "Make a run: macrostep run static",
+        "show: found the same run twice; valid: different runs",
+        f"{alone}: found a recording on its own; valid: run folders to compare. "
+        "Their system.ssp says what was recorded.",
+    ]
+
+
+def test_options_that_do_not_fit_are_refused(static, refused, tmp_path):
+    assert refused(static, differences=["plant.state.y"]) == [
+        "--difference: found a single run; valid: two runs or more. macrostep show RUN OTHER"
+    ]
+    assert refused(static, times=[1.0]) == [
+        "--at: found no picture to be taken; valid: --at together with --picture FILE.png"
+    ]
+    assert refused(static, picture=tmp_path / "a.png", times=[1.0, float("nan"), float("inf")]) == [
+        "--at: found nan; valid: a finite number of seconds",
+        "--at: found inf; valid: a finite number of seconds",
+    ]
+    wrong = tmp_path / "picture.jpg"
+    assert refused(static, picture=wrong) == [
+        f"--picture {wrong}: found something else; valid: a file .png in a folder that exists"
+    ]
+
+
+def test_a_viewer_that_fails_says_why(static, monkeypatch, tmp_path):
+    fake = tmp_path / "viewer"
+    fake.write_text("#!/bin/sh\necho 'Error: no graphics adapter was found' >&2\nexit 1\n")
+    fake.chmod(0o755)
+    monkeypatch.setattr(viewer, "program", lambda: str(fake))
+    with pytest.raises(RequestError) as raised:
+        viewer.open_viewer(static / "recording.rrd", web=False)
+    assert str(raised.value).startswith(
+        "Rerun viewer: found exit code 1 (no graphics adapter was found); "
+        "valid: a machine with a display and a graphics driver."
+    )
