@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
 import zipfile
 
@@ -11,7 +10,6 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import SOCKETS
 from fmus.version import Version
-from orchestrator import cli
 from orchestrator.check import check
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import write_template
@@ -28,20 +26,8 @@ def theirs(in_tmp_path):
     return foreign.relabelled(source, in_tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS)
 
 
-@pytest.fixture
-def macrostep(monkeypatch, capsys):
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", "check", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out, said.err
-
-    return call
-
-
 def test_an_fmu_is_described(theirs, macrostep):
-    code, out, err = macrostep("theirs.fmu")
+    code, out, err = macrostep("check", "theirs.fmu")
     assert (code, err) == (0, "")
     assert out.startswith("theirs.fmu: `right_handed`, FMI 2.0, Co-Simulation\n")
     assert "  keeps the rules of FMI\n" in out
@@ -51,17 +37,17 @@ def test_an_fmu_is_described(theirs, macrostep):
 
 
 def test_a_socket_that_fits_is_code_0_and_needs_no_template(built_fmus, in_tmp_path, macrostep):
-    code, out, _ = macrostep(built_fmus / "fmi3" / "bicycle.fmu")
+    code, out, _ = macrostep("check", built_fmus / "fmi3" / "bicycle.fmu")
     assert code == 0
     assert "  plant       fits as it is\n  traffic     does not fit" in out
-    code, out, _ = macrostep(built_fmus / "fmi3" / "bicycle.fmu", "--socket", "plant")
+    code, out, _ = macrostep("check", built_fmus / "fmi3" / "bicycle.fmu", "--socket", "plant")
     assert code == 0
     assert "socket plant: fits as it is\n" in out
     assert list(in_tmp_path.iterdir()) == []
 
 
 def test_a_socket_that_does_not_fit_is_code_1_and_a_template_is_written(theirs, macrostep):
-    code, out, err = macrostep("theirs.fmu", "--socket", "plant")
+    code, out, err = macrostep("check", "theirs.fmu", "--socket", "plant")
     assert code == 1
     assert "socket plant: does not fit, 0 of 8 signals found\n" in out
     assert "  state.v_x          [m/s]    missing\n" in out
@@ -84,7 +70,7 @@ def test_a_template_that_is_not_filled_in_says_what_to_fill_in(theirs):
 
 
 def test_a_template_that_is_filled_in_runs(theirs, macrostep):
-    macrostep("theirs.fmu", "--socket", "plant")
+    macrostep("check", "theirs.fmu", "--socket", "plant")
     path = theirs.parent / "theirs.plant.toml"
     text = path.read_text()
     content = tomllib.loads(foreign.RIGHT_HANDED)
@@ -97,7 +83,7 @@ def test_a_template_that_is_filled_in_runs(theirs, macrostep):
     )
     text = text.replace("# axes", "axes").replace("# reference = ", "reference = ").replace("1.4", "1.05")
     path.write_text(text)
-    code, out, err = macrostep("theirs.plant.toml")
+    code, out, err = macrostep("check", "theirs.plant.toml")
     assert (code, err) == (0, "")
     assert "socket plant: fits, with the conversions below\n" in out
     assert prepare("static", Options(mode="blocks", replacements={"plant": str(path)})).remarks == ()
@@ -105,9 +91,9 @@ def test_a_template_that_is_filled_in_runs(theirs, macrostep):
 
 def test_nothing_is_overwritten(theirs, macrostep):
     (theirs.parent / "theirs.plant.toml").write_text("mine")
-    _, out, _ = macrostep("theirs.fmu", "--socket", "plant")
+    _, out, _ = macrostep("check", "theirs.fmu", "--socket", "plant")
     assert "theirs.plant.toml is kept as it is; another mapping goes to --out FILE.toml\n" in out
-    code, _, err = macrostep("theirs.fmu", "--socket", "plant", "--out", "theirs.plant.toml")
+    code, _, err = macrostep("check", "theirs.fmu", "--socket", "plant", "--out", "theirs.plant.toml")
     assert code == 2
     assert err == "macrostep: theirs.plant.toml: found a file; valid: a new file. Choose another name, or remove it.\n"
     assert (theirs.parent / "theirs.plant.toml").read_text() == "mine"
@@ -135,16 +121,16 @@ def test_nothing_is_overwritten(theirs, macrostep):
 )
 def test_a_wrong_request_is_code_2(theirs, macrostep, arguments, text):
     (theirs.parent / "notes.txt").write_text("x")
-    assert macrostep(*arguments)[::2] == (2, f"macrostep: {text}\n")
+    assert macrostep("check", *arguments)[::2] == (2, f"macrostep: {text}\n")
 
 
 def test_a_file_that_cannot_be_used_is_code_1(in_tmp_path, macrostep):
     (in_tmp_path / "bad.fmu").write_text("no archive")
-    code, out, err = macrostep("bad.fmu")
+    code, out, err = macrostep("check", "bad.fmu")
     assert (code, out) == (1, "bad.fmu: cannot be used\n")
     assert "bad.fmu: found" in err
     (in_tmp_path / "bad.toml").write_text('fmu = "bad.fmu"\nsocket = "plant"\naxes = "up"\n')
-    code, _, err = macrostep("bad.toml")
+    code, _, err = macrostep("check", "bad.toml")
     assert (code, err) == (1, "macrostep: bad.toml: axes: found `up`; valid: iso8855, y_right\n")
 
 
@@ -155,7 +141,7 @@ def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macroste
     with zipfile.ZipFile(theirs, "w") as archive:
         for name, content in files.items():
             archive.writestr(name, content)
-    code, out, err = macrostep("theirs.fmu")
+    code, out, err = macrostep("check", "theirs.fmu")
     assert code == 1
     assert "breaks rules of FMI, and runs with --lenient only" in out
     assert "  car.speed     output  Float64  knots" in out
@@ -164,7 +150,7 @@ def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macroste
 
 def test_an_ssp_is_listed(in_tmp_path, macrostep):
     ssp.write(prepare("static", Options(mode="blocks")), in_tmp_path / "system.ssp")
-    code, out, _ = macrostep("system.ssp")
+    code, out, _ = macrostep("check", "system.ssp")
     assert code == 0
     assert "  plant       bicycle       socket plant\n" in out
     assert "  controller.actuation.delta_f -> plant.actuation.delta_f\n" in out
@@ -178,7 +164,7 @@ def test_an_ssp_that_would_be_refused_for_a_loop_is_code_1(in_tmp_path, macroste
     elements = ssps.component("a", "m.fmu", ends) + ssps.component("b", "m.fmu", ends)
     whole = ssps.body(elements, ssps.wire("a.y", "b.u") + ssps.wire("b.y", "a.u"))
     ssps.write(in_tmp_path / "loop.ssp", whole, {"resources/m.fmu": in_tmp_path / "m.fmu"})
-    code, out, err = macrostep("loop.ssp")
+    code, out, err = macrostep("check", "loop.ssp")
     assert code == 1
     assert "  a.y -> b.u\n" in out
     assert err.startswith("macrostep: algebraic loop: found a.y -> b.u, b.y -> a.u; valid: ")

@@ -14,8 +14,6 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from orchestrator import cli
-
 
 class NoRecording(nullcontext):
     """Takes what a run would record."""
@@ -44,18 +42,6 @@ def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
     monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
     monkeypatch.setattr("orchestrator.figures.draw", lambda *_: [])
-
-
-@pytest.fixture
-def macrostep(in_tmp_path, monkeypatch, capsys):
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out, said.err
-
-    return call
 
 
 def test_a_run_leaves_a_complete_folder(macrostep, in_tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import sys
 import zipfile
 from dataclasses import replace
 from fractions import Fraction
@@ -16,7 +15,6 @@ from lxml import etree
 
 from components.interfaces.conversion import Linear
 from fmus.version import Version
-from orchestrator import cli
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
@@ -28,13 +26,10 @@ NS = {"ssd": ssp.SSD, "ssc": ssp.SSC, "ssv": ssp.SSV, "osp": "http://opensimulat
 
 
 @pytest.fixture
-def export(in_tmp_path, monkeypatch, capsys):
+def export(macrostep):
     def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", "export", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out.splitlines(), said.err.splitlines()
+        code, out, err = macrostep("export", *arguments)
+        return code, out.splitlines(), err.splitlines()
 
     return call
 

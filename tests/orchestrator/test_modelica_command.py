@@ -2,27 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import zipfile
 
-import pytest
-
 from fmus.modelica.flat import library
-from orchestrator import cli
 
 BICYCLE = library() / "Examples" / "PaperBicycle.mo"
-
-
-@pytest.fixture
-def macrostep(in_tmp_path, monkeypatch, capsys):
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out, said.err
-
-    return call
 
 
 def test_build_writes_both_versions_beside_each_other(macrostep, in_tmp_path):

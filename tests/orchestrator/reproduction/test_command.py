@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-
 import pytest
 
 from orchestrator import cli
 from orchestrator.reproduction import reproduce as reproduction
 from orchestrator.reproduction.reproduce import Reproduced
 from orchestrator.reproduction.verdict import Case, Verdict
-
-
-@pytest.fixture
-def macrostep(in_tmp_path, monkeypatch, capsys):
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out, said.err
-
-    return call
 
 
 @pytest.mark.parametrize(
