@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import inspect
+import shutil
 import subprocess
+import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import fmpy
@@ -27,6 +31,14 @@ def functions(version: Version) -> list[str]:
     """The names of all functions of FMI."""
     names = {n for kind in _KINDS[version] for n, _ in inspect.getmembers(kind) if n.startswith(f"fmi{version}")}
     return sorted(n for n in names if n[4].isupper())
+
+
+@cache
+def kept_folder() -> Path:
+    """Where files lie that are made once for all tests; it goes when they have ended."""
+    folder = tempfile.mkdtemp(prefix="macrostep_test_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
 
 
 def library(folder: Path, version: Version, source: str, *options: str, absent: Sequence[str] = ()) -> Path:
@@ -113,13 +125,16 @@ def description3(
 """
 
 
+def entries(path: Path) -> dict[str, bytes]:
+    """All files in an FMU or SSP, by their paths."""
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
 def copied(path: Path, target: Path, changed: Mapping[str, bytes | None]) -> Path:
     """An FMU with files changed, added, or left out (None)."""
-    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as made:
-        for name in whole.namelist():
-            if name not in changed:
-                made.writestr(name, whole.read(name))
-        for name, content in changed.items():
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as made:
+        for name, content in {**entries(path), **changed}.items():
             if content is not None:
                 made.writestr(name, content)
     return target

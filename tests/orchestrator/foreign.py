@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import zipfile
+import shutil
+from functools import cache
 from pathlib import Path
 from typing import Any, final
 
@@ -20,6 +21,7 @@ from components.vehicle.bicycle import Bicycle
 from fmus.build import build
 from fmus.version import Version
 from orchestrator.scenario import default_values
+from tests.fmus.foreign import copied, entries, kept_folder
 
 DEG = 57.29577951308232
 L_R, RATIO = 1.05, 16.0
@@ -207,9 +209,27 @@ T_r = { variable = "car.force", as = "force", R_w = { value = 300, unit = "mm" }
 """
 
 
+@cache
+def _built(kind: Any, version: Version) -> Path:
+    return build(kind, version, {}, kept_folder()).path
+
+
 def made(kind: Any, folder: Path, version: Version = Version.FMI2) -> Path:
-    """The FMU of a block, built in `folder`."""
-    return build(kind, version, {}, folder).path
+    """The FMU of a block, in `folder`; it is compiled once for all tests."""
+    return Path(shutil.copy(_built(kind, version), folder))
+
+
+def right_handed(folder: Path, version: Version = Version.FMI2) -> Path:
+    """`theirs.fmu` in `folder`: the right-handed car, with the units of its instruments."""
+    return relabelled(_built(RightHanded, version), folder / "theirs.fmu", units=RIGHT_HANDED_UNITS)
+
+
+def right_handed_mapping(folder: Path, version: Version = Version.FMI2) -> Path:
+    """`theirs.toml` in `folder`, with the right-handed car beside it."""
+    right_handed(folder, version)
+    path = folder / "theirs.toml"
+    path.write_text(RIGHT_HANDED)
+    return path
 
 
 def relabelled(
@@ -221,9 +241,7 @@ def relabelled(
     silent: bool = False,
 ) -> Path:
     """A copy of an FMU under other names and units (by old name); a `silent` one does not declare its dependencies."""
-    with zipfile.ZipFile(source) as archive:
-        files = {n: archive.read(n) for n in archive.namelist() if not n.endswith("terminalsAndIcons.xml")}
-    root = etree.fromstring(files["modelDescription.xml"])
+    root = etree.fromstring(entries(source)["modelDescription.xml"])
     for variable in root.iterfind("ModelVariables/*"):
         name = variable.get("name")
         variable.set("name", (names or {}).get(name, name))
@@ -242,8 +260,5 @@ def relabelled(
         if silent:
             unknown.attrib.pop("dependencies")
             unknown.attrib.pop("dependenciesKind", None)
-    files["modelDescription.xml"] = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return target
+    text = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
+    return copied(source, target, {"modelDescription.xml": text, "terminalsAndIcons/terminalsAndIcons.xml": None})

@@ -5,10 +5,9 @@ from __future__ import annotations
 import zipfile
 from functools import cache
 from pathlib import Path
-from tempfile import mkdtemp
 
 from fmus.version import Version
-from tests.fmus.foreign import description2, description3, library, pack, scalar
+from tests.fmus.foreign import description2, description3, kept_folder, library, pack, scalar
 
 SPACES = " ".join(
     f'xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
@@ -34,7 +33,7 @@ UNITS = {
 @cache
 def echo_library(version: Version) -> Path:
     """The library of an FMU whose variable k comes out at k + 100 after a step."""
-    return library(Path(mkdtemp(prefix="macrostep_test_")), version, f'#include "echo{version}.c"')
+    return library(kept_folder() / f"echo{version}", version, f'#include "echo{version}.c"')
 
 
 def echo(path: Path, inputs, parameters=(), *, types="", outputs=None) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-import zipfile
 
 import pytest
 
@@ -13,17 +12,17 @@ from fmus.version import Version
 from orchestrator.check import check
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import write_template
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
-from tests.fmus.foreign import description2, pack, scalar
+from orchestrator.system import Fmu, System
+from tests.fmus.foreign import copied, description2, entries, pack, scalar
 from tests.orchestrator import foreign, ssps
 
 
 @pytest.fixture
 def theirs(in_tmp_path):
     """The right-handed car in the working folder."""
-    source = foreign.made(foreign.RightHanded, in_tmp_path, Version.FMI2)
-    return foreign.relabelled(source, in_tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS)
+    return foreign.right_handed(in_tmp_path)
 
 
 def test_an_fmu_is_described(theirs, macrostep):
@@ -135,13 +134,9 @@ def test_a_file_that_cannot_be_used_is_code_1(in_tmp_path, macrostep):
 
 
 def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macrostep):
-    with zipfile.ZipFile(theirs) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
-    files["modelDescription.xml"] = files["modelDescription.xml"].replace(b'unit="km/h"', b'unit="knots"')
-    with zipfile.ZipFile(theirs, "w") as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    code, out, err = macrostep("check", "theirs.fmu")
+    text = entries(theirs)["modelDescription.xml"].replace(b'unit="km/h"', b'unit="knots"')
+    copied(theirs, theirs.with_name("odd.fmu"), {"modelDescription.xml": text})
+    code, out, err = macrostep("check", "odd.fmu")
     assert code == 1
     assert "breaks rules of FMI, and runs with --lenient only" in out
     assert "  car.speed     output  Float64  knots" in out
@@ -169,6 +164,16 @@ def test_an_ssp_that_would_be_refused_for_a_loop_is_code_1(in_tmp_path, macroste
     assert "  a.y -> b.u\n" in out
     assert err.startswith("macrostep: algebraic loop: found a.y -> b.u, b.y -> a.u; valid: ")
     assert err.endswith("or exchange values one step late with --algorithm jacobi.\n")
+
+
+@pytest.mark.parametrize("solve_loops", [True, False])
+def test_a_loop_that_the_run_of_an_ssp_solves_is_none(built_fmus, tmp_path, solve_loops):
+    plant = Fmu(built_fmus / "fmi3" / "bicycle.fmu")
+    wiring = {"a.actuation.delta_f": "b.tyre.alpha_f", "b.actuation.delta_f": "a.tyre.alpha_f"}
+    ring = System({"a": plant, "b": plant}, wiring, {"a.actuation.T_r": 0.0, "b.actuation.T_r": 0.0})
+    ssp.write(Scenario("ring", "", ring, None, 0.1, 1.0, {}, solve_loops=solve_loops), tmp_path / "ring.ssp")
+    found = check(tmp_path / "ring.ssp")
+    assert (found.good, [p.where for p in found.problems]) == (solve_loops, [] if solve_loops else ["algebraic loop"])
 
 
 @pytest.mark.parametrize("socket", list(SOCKETS))

@@ -18,11 +18,7 @@ from tests.orchestrator import foreign
 @pytest.fixture
 def theirs(tmp_path):
     """The right-handed car with its mapping file beside it."""
-    foreign.relabelled(
-        foreign.made(foreign.RightHanded, tmp_path), tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS
-    )
-    (tmp_path / "theirs.toml").write_text(foreign.RIGHT_HANDED)
-    return tmp_path
+    return foreign.right_handed_mapping(tmp_path).parent
 
 
 def wrong(request, **replacements):

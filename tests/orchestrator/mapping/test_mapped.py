@@ -58,11 +58,7 @@ def assert_same(found, own, tolerance=1e-9):
 
 @pytest.mark.parametrize("version", list(Version), ids="fmi{}".format)
 def test_km_per_hour_degrees_y_to_the_right_and_the_rear_axle(tmp_path, own, version):
-    foreign.relabelled(
-        foreign.made(foreign.RightHanded, tmp_path, version), tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS
-    )
-    (tmp_path / "theirs.toml").write_text(foreign.RIGHT_HANDED)
-    made = prepared(tmp_path / "theirs.toml")
+    made = prepared(foreign.right_handed_mapping(tmp_path, version))
     assert made.remarks == ()
     found = run(made)
     assert_same(found, own)
@@ -86,20 +82,23 @@ m = {{ value = 2, unit = "t" }}
 """
 
 
+def rate_car(folder, angle=""):
+    """The mapping of the car that is steered by a rate; `angle` is more about its steering."""
+    path = folder / "rate.toml"
+    path.write_text(RATE.format(fmu=foreign.made(foreign.RateCar, folder).name, angle=angle))
+    return path
+
+
 @pytest.mark.parametrize("angle", ["", ', angle = "y.delta"'], ids=["kept", "shown"])
 def test_steering_rate_and_acceleration_inputs(tmp_path, own, angle):
-    fmu = foreign.made(foreign.RateCar, tmp_path)
-    (tmp_path / "rate.toml").write_text(RATE.format(fmu=fmu.relative_to(tmp_path), angle=angle))
-    found = run(prepared(tmp_path / "rate.toml"))
+    found = run(prepared(rate_car(tmp_path, angle)))
     assert_same(found, own)
     assert found["plant.y.delta"].to_numpy()[1:] == pytest.approx(own["controller.actuation.delta_f"].to_numpy()[:-1])
 
 
 def test_a_steering_rate_is_limited(tmp_path):
-    fmu = foreign.made(foreign.RateCar, tmp_path)
-    limit = ', limit = { value = 1, unit = "deg/s" }'
-    (tmp_path / "rate.toml").write_text(RATE.format(fmu=fmu.relative_to(tmp_path), angle=limit))
-    delta = run(prepared(tmp_path / "rate.toml"))["plant.y.delta"].to_numpy()
+    made = prepared(rate_car(tmp_path, ', limit = { value = 1, unit = "deg/s" }'))
+    delta = run(made)["plant.y.delta"].to_numpy()
     assert np.abs(np.diff(delta)).max() == pytest.approx(np.deg2rad(0.1))
 
 
@@ -152,16 +151,16 @@ def test_arrays_of_structures_in_fmi_2(tmp_path, built_fmus, own):
 
 
 def test_a_signal_can_be_written_and_released_while_a_mapping_is_in_between(tmp_path):
-    fmu = foreign.made(foreign.RateCar, tmp_path)
-    (tmp_path / "rate.toml").write_text(RATE.format(fmu=fmu.relative_to(tmp_path), angle=""))
-    made = prepared(tmp_path / "rate.toml")
+    made = prepared(rate_car(tmp_path))
     with Simulation(made.system, h=made.h, until=made.until) as simulation:
         simulation.step()
         simulation.write("plant.actuation.delta_f", 0.05)
         simulation.step()
         assert simulation.read("plant.y.delta") == pytest.approx(0.05)
         simulation.release("plant.actuation.delta_f")
-        simulation.run()
+        simulation.step()
+        asked = simulation.frame()["controller.actuation.delta_f"]
+        assert simulation.read("plant.y.delta") == pytest.approx(asked.iloc[-2], abs=1e-12)
 
 
 def test_a_mapped_fmu_in_a_system_of_ones_own(tmp_path, built_fmus):
@@ -190,10 +189,7 @@ def test_a_plant_made_with_pythonfmu(own, python_fmu):
 
 
 def test_a_run_with_a_mapped_fmu_can_be_repeated_from_its_ssp(tmp_path):
-    fmu = foreign.made(foreign.RightHanded, tmp_path, Version.FMI2)
-    foreign.relabelled(fmu, tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS)
-    (tmp_path / "theirs.toml").write_text(foreign.RIGHT_HANDED)
-    made = prepared(tmp_path / "theirs.toml")
+    made = prepared(foreign.right_handed_mapping(tmp_path))
     ssp.write(made, tmp_path / "system.ssp")
     found = ssp_reader.read(tmp_path / "system.ssp")
     assert isinstance(found.system.units["plant"], Mapped)
@@ -204,11 +200,7 @@ def test_a_run_with_a_mapped_fmu_can_be_repeated_from_its_ssp(tmp_path):
 
 
 def test_the_summary_names_the_file_and_the_mapping(tmp_path):
-    foreign.relabelled(
-        foreign.made(foreign.RightHanded, tmp_path), tmp_path / "theirs.fmu", units=foreign.RIGHT_HANDED_UNITS
-    )
-    (tmp_path / "theirs.toml").write_text(foreign.RIGHT_HANDED)
-    told = recorder.units(prepared(tmp_path / "theirs.toml").system)["plant"]
+    told = recorder.units(prepared(foreign.right_handed_mapping(tmp_path)).system)["plant"]
     assert (told["runs_as"], told["file"]) == ("FMI 2.0", "theirs.fmu")
     assert 'v_x = "car.speed"' in told["mapping"]
     assert 'axes = "y_right"' in told["mapping"]
