@@ -6,37 +6,37 @@ process of ours that can be ended at any moment, because the file is written by 
 
 from __future__ import annotations
 
-import os
 import re
-import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
-from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.recording_process import TO_VIEWER, RecordingProcess, Request
-from orchestrator.viewing import viewer
+from orchestrator.viewing.rerun_program import (
+    PORT,
+    address,
+    answers,
+    free_port,
+    has_display,
+    listens,
+    serve,
+    web_address,
+)
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     from orchestrator.master import Simulation
 
-LOOPBACK: Final = "127.0.0.1"
-PORT: Final = 9876
-"""The port that viewers look at when they are not told another"""
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0
 """[s] a viewer is waited for before the run begins; once it runs, nothing waits for it"""
-_ANSWERS_WITHIN: Final = 2.0
-"""[s] for a viewer that is already there"""
 _FOLLOWS_WITHIN: Final = 1.5
 """[s] after the last tick in which a viewer may take what is left"""
-_URL: Final = re.compile(r"rerun(\+https?)?://[^/\s]+/proxy")
+_URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,8 @@ class Wish:
 
     def check(self) -> None:
         """Raises `RequestError` for a URL that is none."""
-        if self.url is not None and not _URL.fullmatch(self.url):
+        found = None if self.url is None else _URL.fullmatch(self.url)
+        if self.url is not None and (found is None or not 0 < int(found["port"] or PORT) < 2**16):
             remedy = "A viewer says it when it starts."
             raise refuse(f"--connect {self.url}", "no address of a viewer", f"rerun+http://HOST:{PORT}/proxy", remedy)
 
@@ -97,7 +98,7 @@ class Live:
         port = free_port(PORT)
         if port != PORT:
             self._tell(f"port {PORT} is taken, by another viewer perhaps; this one has {port}")
-        self._url = f"rerun+http://{LOOPBACK}:{port}/proxy"
+        self._url = address(port)
         window = self._wish.viewer and not self._wish.web and has_display()
         if window:
             how = ["--expect-data-soon"]
@@ -142,63 +143,3 @@ class Live:
             self._tell("the page stays until Ctrl-C")
             with suppress(KeyboardInterrupt):
                 self._server.wait()
-
-
-def serve(port: int, how: list[str], *, stays: bool = False) -> subprocess.Popen[bytes]:
-    """Start Rerun's program with a server on `port` of this machine alone; only one that `stays` may outlive us."""
-    command = [viewer.program(), "--bind", LOOPBACK, "--port", str(port), *how]
-    # a session of its own: Ctrl-C in the terminal is for the run, and a window stays open after it
-    return subprocess.Popen(  # noqa: S603 - the program that rerun-sdk brings
-        command,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        preexec_fn=None if stays else viewer.end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
-    )
-
-
-def listens(port: int, within: float, server: subprocess.Popen[bytes]) -> bool:
-    """Wait until somebody listens on `port`; no longer than the server runs."""
-    deadline = time.monotonic() + within
-    while time.monotonic() < deadline and server.poll() is None:
-        with socket.socket() as probe:
-            probe.settimeout(1)
-            if probe.connect_ex((LOOPBACK, port)) == 0:
-                return True
-        time.sleep(0.05)
-    return False
-
-
-def answers(url: str) -> bool:
-    """Whether somebody listens at a URL."""
-    parts = urlsplit(url)
-    try:
-        with socket.create_connection((parts.hostname or "", parts.port or PORT), _ANSWERS_WITHIN):
-            return True
-    except (OSError, ValueError):
-        return False
-
-
-def free_port(wanted: int) -> int:
-    """`wanted` if nobody listens there, else some port that is free."""
-    for port in (wanted, 0):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((LOOPBACK, port))
-            except OSError:
-                continue
-            return int(probe.getsockname()[1])
-    raise refuse("--live", "no free port on this machine", "a machine with one")
-
-
-def has_display() -> bool:
-    """Whether a window can open here."""
-    if sys.platform.startswith("linux"):
-        return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-    return True
-
-
-def web_address(port: int, url: str) -> str:
-    """The page of the web viewer on `port` that shows what is streamed to `url`."""
-    return f"http://{LOOPBACK}:{port}/?url={quote(url, safe='')}"

@@ -22,7 +22,7 @@ def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS
         match = _SETTING.fullmatch(text)
         if match is None:
             problems.append(
-                Problem(f"--set {text}", "something else", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
+                Problem(f"--set {text}", "text of another form", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
             )
         elif units is not None and match["unit"] not in found:
             problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
@@ -48,7 +48,7 @@ def parse_record(texts: Sequence[str]) -> dict[str, int]:
         elif pattern and every.isdecimal():
             found[pattern] = int(every)
         else:
-            problems.append(Problem(f"--record {text}", "something else", _RECORD, "Try plant.*:10."))
+            problems.append(Problem(f"--record {text}", "text of another form", _RECORD, "Try plant.*:10."))
     raise_if_any(problems)
     return found
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from components.interfaces.problem import Problem, RequestError, refuse
+from orchestrator.viewing.rerun_program import executable
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
     from orchestrator.scenario import Scenario
@@ -158,7 +159,5 @@ def _is_whole(recording: Path) -> bool:
 
 
 def _rerun(*arguments: str) -> str:
-    from orchestrator.viewing.viewer import program  # noqa: PLC0415 - the viewer opens what is found here
-
-    done = subprocess.run([program(), *arguments], capture_output=True, text=True, check=False)  # noqa: S603
+    done = subprocess.run([executable(), *arguments], capture_output=True, text=True, check=False)  # noqa: S603
     return done.stdout + done.stderr

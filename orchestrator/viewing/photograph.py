@@ -6,7 +6,6 @@ Needs a Vulkan driver, also one in software (Debian: mesa-vulkan-drivers, libvul
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import tempfile
 from collections.abc import Generator, Sequence
@@ -14,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from components.interfaces.problem import refuse
-from orchestrator.viewing.viewer import LOOPBACK, end_with_parent, program
+from orchestrator.viewing.rerun_program import address, free_port, serve
 
 _ENDS_WITHIN, _GREETS = 10.0, 6.0
 """[s]"""
@@ -44,7 +43,7 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
 def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> list[Path]:
     """Write `picture`, or one file per time with the time in its name. Raises `RequestError`."""
     if picture.suffix != ".png" or not picture.parent.is_dir():
-        raise refuse(f"--picture {picture}", "something else", "a file .png in a folder that exists")
+        raise refuse(f"--picture {picture}", f"`{picture.name}`", "a file .png in a folder that exists")
     names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
     for path, content in zip(names, photograph(recording, list(times) or [None], settle=_GREETS), strict=True):
         path.write_bytes(content)
@@ -54,21 +53,13 @@ def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> li
 @contextmanager
 def headless_viewer() -> Generator[str]:
     """The viewer without a window, on this machine only; the URL to talk to it."""
-    with socket.socket() as found:
-        found.bind((LOOPBACK, 0))
-        port = found.getsockname()[1]
-    command = [program(), "--headless", "--bind", LOOPBACK, "--port", str(port), "--hide-welcome-screen"]
+    port = free_port(0)
     with tempfile.TemporaryDirectory(prefix="macrostep_viewer_", ignore_cleanup_errors=True) as scratch:
         # it leaves its files behind when it is ended
-        process = subprocess.Popen(  # noqa: S603 - our own program
-            command,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "TMPDIR": scratch},
-            preexec_fn=end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
-        )
+        how = ["--headless", "--hide-welcome-screen"]
+        process = serve(port, how, environment={**os.environ, "TMPDIR": scratch})
         try:
-            yield f"rerun+http://{LOOPBACK}:{port}/proxy"
+            yield address(port)
         finally:
             process.terminate()
             try:

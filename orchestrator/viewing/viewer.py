@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import ctypes
-import os
-import signal
+import re
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from math import isfinite
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.viewing import kept_run
 from orchestrator.viewing.kept_run import KeptRun
-
-LOOPBACK = "127.0.0.1"
+from orchestrator.viewing.photograph import write_pictures
+from orchestrator.viewing.rerun_program import LOOPBACK, executable, has_display
 
 
 def show(  # noqa: PLR0913 - one parameter per option of the command
@@ -37,25 +33,15 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     if times and picture is None:
         raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
     raise_if_any(Problem("--at", f"{time:g}", "a finite number of seconds") for time in times if not isfinite(time))
-    if not web and picture is None:
-        _check_display()
+    if not web and picture is None and not has_display():
+        raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
     with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:
         path = recording(runs, differences, Path(scratch), tell)
         if picture is None:
-            open_viewer(path, web=web)
+            open_viewer(path, tell, web=web)
             return
-        from orchestrator.viewing.photograph import write_pictures  # noqa: PLC0415 - it builds on this file
-
         for made in write_pictures(path, picture, times):
             tell(str(made))
-
-
-def end_with_parent() -> Callable[[], object] | None:
-    """What a child process does first so that it ends when the one that started it dies; None where there is no way."""
-    if not sys.platform.startswith("linux"):
-        return None
-    prctl = ctypes.CDLL(None).prctl
-    return lambda: prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
@@ -86,32 +72,21 @@ def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path
     return path
 
 
-def program() -> str:
-    """The viewer's own program; its Python wrapper would stay between us and the viewer."""
-    spec = find_spec("rerun_cli")
-    places = list(spec.submodule_search_locations or ()) if spec else []
-    for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe"):
-        for place in places:
-            if (path := Path(place) / name).is_file():
-                return str(path)
-    raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
-
-
 def arguments(path: Path, *, web: bool) -> list[str]:
     """The options the viewer's program is started with."""
     chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
     return ["--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
 
 
-def open_viewer(path: Path, *, web: bool) -> None:
+def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
     """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
     said: list[str] = []
-    with subprocess.Popen([program(), *arguments(path, web=web)], stderr=subprocess.PIPE, text=True) as process:  # noqa: S603 - our own program
+    with subprocess.Popen([executable(), *arguments(path, web=web)], stderr=subprocess.PIPE, text=True) as process:  # noqa: S603 - our own program
         try:
             for line in process.stderr or ():
                 said.append(line.strip())
-                if web:
-                    sys.stderr.write(line)
+                if web and (page := _PAGE.search(line)):
+                    tell(f"in the browser at {page[0]}, until Ctrl-C")
             code = process.wait()
         except KeyboardInterrupt:
             process.terminate()
@@ -122,9 +97,5 @@ def open_viewer(path: Path, *, web: bool) -> None:
         raise refuse("Rerun viewer", found, "a machine with a display and a graphics driver", _REMEDY)
 
 
+_PAGE = re.compile(r"http://[\w.:]+/?\?url=\S+")
 _REMEDY = "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"
-
-
-def _check_display() -> None:
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)

@@ -21,7 +21,7 @@ from orchestrator.live import Live, Wish, wish
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import viewer
+from orchestrator.viewing import rerun_program
 
 # a stream that was saved has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -44,6 +44,10 @@ def test_options_that_need_live_or_exclude_each_other_are_told():
         "--connect: found no --live; valid: with --live only",
     ]
     assert wrong(web=True, url="x") == ["--connect: found --web or --no-viewer too; valid: one of them"]
+    for port in (1, 65535):
+        wish(live=True, viewer=True, web=False, url=f"rerun+http://[::1]:{port}/proxy")
+    for address in ("rerun+http://127.0.0.1:0/proxy", "rerun+http://127.0.0.1:65536/proxy", "rerun+http://a:b:9/proxy"):
+        assert wrong(url=address)[0].startswith(f"--connect {address}: found no address of a viewer; ")
     assert wrong(url="localhost") == [
         "--connect localhost: found no address of a viewer; valid: rerun+http://HOST:9876/proxy."
         " A viewer says it when it starts."
@@ -92,7 +96,7 @@ def test_a_port_that_is_taken_is_told_and_another_one_found(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as other:
         monkeypatch.setattr(live, "PORT", other.getsockname()[1])
         with Live(Wish(viewer=False), said.append) as stream:
-            assert live.answers(stream._url)
+            assert rerun_program.answers(stream._url)
     found = int(re.findall(r"127.0.0.1:(\d+)/proxy", said[1])[0])
     assert said == [
         f"port {live.PORT} is taken, by another viewer perhaps; this one has {found}",
@@ -118,11 +122,21 @@ def test_a_server_that_was_stopped_does_not_hold_up_the_end():
 @contextmanager
 def saving(url, path):
     """A viewer without a window that joins at `url` and keeps what it sees."""
-    port = live.free_port(0)
-    command = [viewer.program(), "--connect", url, "--bind", "127.0.0.1", "--port", str(port), "--save", str(path)]
+    port = rerun_program.free_port(0)
+    command = [
+        rerun_program.executable(),
+        "--connect",
+        url,
+        "--bind",
+        "127.0.0.1",
+        "--port",
+        str(port),
+        "--save",
+        str(path),
+    ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        assert live.listens(port, 60, process)
+        assert rerun_program.listens(port, 60, process)
         yield
     finally:
         process.kill()

@@ -28,7 +28,7 @@ from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import pictures
+from orchestrator.viewing import pictures, rerun_program
 
 # a recording that was cut short has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -233,7 +233,7 @@ def test_a_run_that_is_killed_loses_two_seconds_at_most_and_never_the_file(tmp_p
 @contextmanager
 def dead():
     """An address where nobody listens."""
-    yield f"rerun+http://127.0.0.1:{live.free_port(0)}/proxy", lambda: None
+    yield f"rerun+http://127.0.0.1:{rerun_program.free_port(0)}/proxy", lambda: None
 
 
 @contextmanager
@@ -246,10 +246,10 @@ def silent():
 @contextmanager
 def stopped(how):
     """A real viewer, or server of viewers, that is stopped in mid-run."""
-    port = live.free_port(0)
-    process = live.serve(port, how)
+    port = rerun_program.free_port(0)
+    process = rerun_program.serve(port, how)
     try:
-        assert live.listens(port, 60, process)
+        assert rerun_program.listens(port, 60, process)
         yield f"rerun+http://127.0.0.1:{port}/proxy", lambda: process.send_signal(signal.SIGSTOP)
     finally:
         process.kill()

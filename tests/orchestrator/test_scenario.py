@@ -76,7 +76,7 @@ def test_settings_change_values_arrays_and_elements():
 @pytest.mark.parametrize(
     ("setting", "text"),
     [
-        ("b_3=1", "--set b_3=1: found something else; valid: UNIT.PARAMETER=VALUE. Try controller.b_3=1e-2."),
+        ("b_3=1", "--set b_3=1: found text of another form; valid: UNIT.PARAMETER=VALUE. Try controller.b_3=1e-2."),
         ("driver.k=1", "--set driver.k=1: found the unknown unit `driver`; valid: controller, plant, scene, traffic"),
         ("plant.m=heavy", "plant.m: found `heavy` (not a number); valid: 1 <= finite number [kg]"),
         ("plant.m=-5", "plant.m: found -5; valid: 1 <= finite number [kg]"),
@@ -163,4 +163,4 @@ def test_what_is_recorded_stands_in_the_scenario_and_options_replace_it(tmp_path
 @pytest.mark.parametrize("text", ["plant.*:often", ":3", "plant.*:-1", "plant.*:"])
 def test_a_pattern_without_a_whole_number_of_ticks_is_told(text):
     valid = "PATTERN or PATTERN:N, N a whole number of ticks. Try plant.*:10."
-    assert wrong("static", record=[text]) == [f"--record {text}: found something else; valid: {valid}"]
+    assert wrong("static", record=[text]) == [f"--record {text}: found text of another form; valid: {valid}"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -15,9 +16,9 @@ import pytest
 from PIL import Image
 
 from components.interfaces.problem import RequestError
-from orchestrator.live import answers
 from orchestrator.viewing import palette, rerun_stream, viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
+from orchestrator.viewing.rerun_program import answers, executable
 from tests.orchestrator.chromium import PROGRAM, Chromium
 
 SCREEN = {
@@ -118,7 +119,7 @@ def test_a_comparison_shows_each_run_in_its_colour(static, kept_run, graphics, t
 @pytest.mark.slow
 @pytest.mark.skipif(PROGRAM is None, reason="no Chromium: apt-get install chromium")
 def test_the_web_viewer_shows_the_same_in_the_light_theme(static, tmp_path):
-    command = [viewer.program(), *viewer.arguments(static / "recording.rrd", web=True)]
+    command = [executable(), *viewer.arguments(static / "recording.rrd", web=True)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             said = iter(process.stderr.readline, "")
@@ -150,7 +151,7 @@ def _listening(pid):
 @pytest.mark.parametrize("web", [False, True])
 def test_the_viewer_listens_on_this_machine_only(static, graphics, web):
     options = viewer.arguments(static / "recording.rrd", web=web)
-    command = [viewer.program(), *([] if web else ["--headless"]), *options]
+    command = [executable(), *([] if web else ["--headless"]), *options]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
         try:
             deadline = time.monotonic() + 30
@@ -185,6 +186,17 @@ def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, 
     assert str(raised.value) == (
         "a.rrd: found nothing that the viewer can show; valid: a recording of a run. Run it again."
     )
+
+
+@pytest.mark.viewer
+def test_show_in_the_browser_says_one_thing_the_page(static):
+    command = [sys.executable, "-m", "orchestrator.cli", "show", "--web", str(static)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        first = process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        rest = process.stderr.read()
+    assert re.fullmatch(r"in the browser at http://127\.0\.0\.1:\d+\?url=\S+, until Ctrl-C\n", first)
+    assert (rest, process.returncode) == ("", 0)
 
 
 @pytest.fixture
@@ -235,7 +247,7 @@ def test_options_that_do_not_fit_are_refused(static, refused, tmp_path):
     ]
     wrong = tmp_path / "picture.jpg"
     assert refused(static, picture=wrong) == [
-        f"--picture {wrong}: found something else; valid: a file .png in a folder that exists"
+        f"--picture {wrong}: found `picture.jpg`; valid: a file .png in a folder that exists"
     ]
 
 
@@ -243,9 +255,9 @@ def test_a_viewer_that_fails_says_why(static, monkeypatch, tmp_path):
     fake = tmp_path / "viewer"
     fake.write_text("#!/bin/sh\necho 'Error: no graphics adapter was found' >&2\nexit 1\n")
     fake.chmod(0o755)
-    monkeypatch.setattr(viewer, "program", lambda: str(fake))
+    monkeypatch.setattr(viewer, "executable", lambda: str(fake))
     with pytest.raises(RequestError) as raised:
-        viewer.open_viewer(static / "recording.rrd", web=False)
+        viewer.open_viewer(static / "recording.rrd", [].append, web=False)
     assert str(raised.value).startswith(
         "Rerun viewer: found exit code 1 (no graphics adapter was found); "
         "valid: a machine with a display and a graphics driver."

@@ -1,0 +1,111 @@
+"""Rerun's own program: the viewer and its servers, started on this machine alone."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote, urlsplit
+
+from components.interfaces.problem import refuse
+
+LOOPBACK: Final = "127.0.0.1"
+PORT: Final = 9876
+"""The port that viewers look at when they are not told another"""
+_ANSWERS_WITHIN: Final = 2.0
+"""[s] for a viewer that is already there"""
+
+
+def executable() -> str:
+    """The viewer's own program; its Python wrapper would stay between us and the viewer."""
+    spec = find_spec("rerun_cli")
+    places = list(spec.submodule_search_locations or ()) if spec else []
+    for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe"):
+        for place in places:
+            if (path := Path(place) / name).is_file():
+                return str(path)
+    raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
+
+
+def serve(
+    port: int, how: list[str], *, stays: bool = False, environment: Mapping[str, str] | None = None
+) -> subprocess.Popen[bytes]:
+    """Start Rerun's program with a server on `port` of this machine alone; only one that `stays` may outlive us."""
+    command = [executable(), "--bind", LOOPBACK, "--port", str(port), *how]
+    # a session of its own: Ctrl-C in the terminal is for the run, and a window stays open after it
+    return subprocess.Popen(  # noqa: S603 - the program that rerun-sdk brings
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=environment,
+        start_new_session=True,
+        preexec_fn=None if stays else _end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
+    )
+
+
+def address(port: int) -> str:
+    """Where a server on `port` of this machine takes streams."""
+    return f"rerun+http://{LOOPBACK}:{port}/proxy"
+
+
+def listens(port: int, within: float, server: subprocess.Popen[bytes]) -> bool:
+    """Wait until somebody listens on `port`; no longer than the server runs."""
+    deadline = time.monotonic() + within
+    while time.monotonic() < deadline and server.poll() is None:
+        with socket.socket() as probe:
+            probe.settimeout(1)
+            if probe.connect_ex((LOOPBACK, port)) == 0:
+                return True
+        time.sleep(0.05)
+    return False
+
+
+def answers(url: str) -> bool:
+    """Whether somebody listens at a URL."""
+    parts = urlsplit(url)
+    try:
+        with socket.create_connection((parts.hostname or "", parts.port or PORT), _ANSWERS_WITHIN):
+            return True
+    except (OSError, ValueError):
+        return False
+
+
+def free_port(wanted: int) -> int:
+    """`wanted` if nobody listens there, else some port that is free."""
+    for port in (wanted, 0):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((LOOPBACK, port))
+            except OSError:
+                continue
+            return int(probe.getsockname()[1])
+    raise refuse("--live", "no free port on this machine", "a machine with one")
+
+
+def has_display() -> bool:
+    """Whether a window can open here."""
+    if sys.platform.startswith("linux"):
+        return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return True
+
+
+def web_address(port: int, url: str) -> str:
+    """The page of the web viewer on `port` that shows what is streamed to `url`."""
+    return f"http://{LOOPBACK}:{port}/?url={quote(url, safe='')}"
+
+
+def _end_with_parent() -> Callable[[], object] | None:
+    """What a child process does first so that it ends when the one that started it dies; None where there is no way."""
+    if not sys.platform.startswith("linux"):
+        return None
+    prctl = ctypes.CDLL(None).prctl
+    return lambda: prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
