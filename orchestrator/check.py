@@ -71,7 +71,7 @@ def _ssp(path: Path) -> Checked:
     lines += [f"  {path} = {value}" for path, value in system.held.items()]
     lines += [f"note: {remark}" for remark in scenario.remarks]
     try:
-        schedule(system, scenario.algorithm)
+        schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
         return Checked(tuple(lines), good=False, problems=error.problems)
     return Checked(tuple(lines), good=True)

@@ -47,9 +47,12 @@ _EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 _JACOBI: Final = "Export it with --algorithm jacobi."
 
 
-def write(scenario: Scenario, path: Path, algorithm: Algorithm = Algorithm.SEQUENTIAL) -> None:
-    """Write a scenario's system as one FMU; equal systems, equal bytes. Raises `RequestError`."""
-    system = scenario.system
+def write(scenario: Scenario, path: Path) -> None:
+    """Write a scenario's system as one FMU that steps as its algorithm does; equal systems, equal bytes.
+
+    Raises `RequestError`.
+    """
+    system, algorithm = scenario.system, scenario.algorithm
     raise_if_any(_problems(system, algorithm))
     names = order(system, algorithm)
     with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, _heard() as errors:

@@ -13,7 +13,6 @@ from orchestrator import container
 from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
 from orchestrator.scenario import Mode, Options
-from orchestrator.schedule import algorithm_named
 from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu
 
@@ -47,10 +46,9 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
     lines: list[str] = []
     if targets.container is not None:
         progress("putting the FMUs into one")
-        algorithm = algorithm_named(options.algorithm) if options.algorithm else scenario.algorithm
-        container.write(scenario, targets.container, algorithm)
+        container.write(scenario, targets.container)
         version = 2 if ssp.is_old(scenario.system) else 3
-        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {algorithm}")
+        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")
     if targets.ssp is not None:
         ssp.write(scenario, targets.ssp)
         lines.append(f"{targets.ssp}  SSP {'1.0' if ssp.is_old(scenario.system) else '2.0'}, {len(units)} FMUs")
@@ -59,7 +57,7 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
 
 def default_mode(request: str) -> Mode:
     """How blocks are exported when nothing is said: as FMI 2.0, which every tool reads; a fixed system stays."""
-    return Options().mode if Path(request).is_dir() or request.endswith(".ssp") else Version.FMI2
+    return Options().mode if Path(request).is_dir() or Path(request).suffix in {".ssp", ".fmu"} else Version.FMI2
 
 
 def _target_problems(targets: Targets) -> Iterator[Problem]:

@@ -67,7 +67,7 @@ def static(request, built_fmus):
 
 def test_jacobi_is_our_jacobi_in_every_signal(static, tmp_path):
     path = tmp_path / "static.fmu"
-    container.write(static, path, JACOBI)
+    container.write(replace(static, algorithm=JACOBI), path)
     assert_equal(run(path, static), ours(static, JACOBI))
 
 
@@ -87,7 +87,7 @@ def test_sequential_is_our_sequential_without_hidden_delay(static, tmp_path):
 def test_parameters_can_be_set_from_outside(built_fmus, tmp_path):
     made = prepare("static", Options(mode=Version.FMI2, stop_time=2.0))
     path = tmp_path / "static.fmu"
-    container.write(made, path, JACOBI)
+    container.write(replace(made, algorithm=JACOBI), path)
     changed = prepare("static", Options(mode=Version.FMI2, stop_time=2.0, settings=["plant.m=2100.0"]))
     assert_equal(run(path, made, **{"plant.m": 2100.0}), ours(changed, JACOBI))
 
@@ -142,7 +142,7 @@ def test_units_that_read_each_other_at_one_instant_need_jacobi(built_fmus, tmp_p
     wiring = {"follower.actuation.delta_f": "leader.state.psi", "leader.actuation.delta_f": "follower.state.psi"}
     made = convoy(built_fmus, wiring=wiring, held={"leader.actuation.T_r": 10.0, "follower.actuation.T_r": 0.0})
     if algorithm is JACOBI:
-        container.write(made, tmp_path / "convoy.fmu", JACOBI)
+        container.write(replace(made, algorithm=JACOBI), tmp_path / "convoy.fmu")
         assert_equal(run(tmp_path / "convoy.fmu", made), ours(made, JACOBI))
         return
     with pytest.raises(RequestError) as error:
@@ -164,7 +164,7 @@ def test_what_a_container_cannot_do_is_told_at_once(built_fmus, tmp_path):
         steps={"leader": Fraction(2)},
     )
     with pytest.raises(RequestError) as error:
-        container.write(made, tmp_path / "convoy.fmu", Algorithm.CLOCKED)
+        container.write(replace(made, algorithm=Algorithm.CLOCKED), tmp_path / "convoy.fmu")
     assert str(error.value).splitlines() == [
         "algorithm: found `clocked`, for which a container has no Event Mode; valid: sequential, jacobi",
         "FMI versions: found leader FMI 3.0, follower FMI 2.0; valid: one version for all units. "
@@ -187,7 +187,7 @@ def test_an_output_that_follows_its_inputs_needs_jacobi(built_fmus, tmp_path):
         "leader.tyre.alpha_f -> follower.actuation.delta_f: found an output that follows its unit's inputs at the "
         "same instant; valid: outputs that show by stepping, or that no unit reads. Export it with --algorithm jacobi."
     )
-    container.write(made, tmp_path / "convoy.fmu", JACOBI)
+    container.write(replace(made, algorithm=JACOBI), tmp_path / "convoy.fmu")
     assert_equal(run(tmp_path / "convoy.fmu", made), ours(made, JACOBI))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import zipfile
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -19,7 +18,7 @@ from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
-from tests.fmus.foreign import copied
+from tests.fmus.foreign import copied, entries
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 NS = {"ssd": ssp.SSD, "ssc": ssp.SSC, "ssv": ssp.SSV, "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations"}
@@ -36,8 +35,7 @@ def export(macrostep):
 
 def content(path):
     """All XML files of an SSP, by name."""
-    with zipfile.ZipFile(path) as archive:
-        return {n: etree.fromstring(archive.read(n)) for n in archive.namelist() if n.endswith((".ssd", ".ssv"))}
+    return {name: etree.fromstring(text) for name, text in entries(path).items() if name.endswith((".ssd", ".ssv"))}
 
 
 def assert_valid(files):
@@ -64,8 +62,13 @@ def test_an_exported_file_is_a_system_again(export, built_fmus):
     code, out, _ = export("a.ssp", "--container", "a.fmu", "--algorithm", "jacobi")
     assert (code, out) == (0, ["a.fmu  one FMU, FMI 2.0 Co-Simulation, steps jacobi"])
     assert export("static", "--container", "b.fmu", "--algorithm", "jacobi")[0] == 0
-    with zipfile.ZipFile("a.fmu") as a, zipfile.ZipFile("b.fmu") as b:
-        assert a.read("modelDescription.xml") == b.read("modelDescription.xml")
+    a, b = (entries(Path(name))["modelDescription.xml"] for name in ("a.fmu", "b.fmu"))
+    assert a == b
+
+
+def test_a_single_fmu_goes_out_as_it_is(export, built_fmus):
+    fmu = built_fmus / "fmi3" / "bicycle.fmu"
+    assert export(fmu, "--ssp", "a.ssp", "--stop-time", 1)[:2] == (0, ["a.ssp  SSP 2.0, 1 FMUs"])
 
 
 def test_fmi_3_is_ssp_2(export, built_fmus):
@@ -100,8 +103,7 @@ def convoy(built_fmus, tmp_path, **changes):
 
 def test_two_files_of_one_name_are_kept_apart(built_fmus, tmp_path):
     ssp.write(convoy(built_fmus, tmp_path), tmp_path / "a.ssp")
-    with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
-        kept = {n: archive.read(n) for n in archive.namelist() if n.endswith(".fmu")}
+    kept = {name: file for name, file in entries(tmp_path / "a.ssp").items() if name.endswith(".fmu")}
     assert kept == {
         "resources/leader.bicycle.fmu": (built_fmus / "fmi2" / "bicycle.fmu").read_bytes(),
         "resources/follower.bicycle.fmu": (built_fmus / "fmi2" / "bicycle_saturated.fmu").read_bytes(),
@@ -192,15 +194,14 @@ def test_a_folder_in_which_nothing_may_be_written_is_told(export, monkeypatch, i
 def test_a_foreign_plant_with_our_names_goes_out_as_it_is_and_one_behind_a_mapping_does_not(built_fmus, export):
     """What a file leaves open, its dependencies, is nothing that another tool reads."""
     ours = built_fmus / "fmi2" / "bicycle.fmu"
-    with zipfile.ZipFile(ours) as archive:
-        text = archive.read("modelDescription.xml").decode()
+    text = entries(ours)["modelDescription.xml"].decode()
     silent = re.sub(r' dependencies(Kind)?="[^"]*"', "", text).replace('afterSet="true"', 'afterSet="false"')
     car = copied(ours, Path("car.fmu"), {"modelDescription.xml": silent.encode()})
     code, out, err = export("static", "--plant", car, "--ssp", "a.ssp")
     assert (code, out) == (0, ["a.ssp  SSP 1.0, 3 FMUs"]), err
-    with zipfile.ZipFile("a.ssp") as archive:
-        assert "resources/car.fmu" in archive.namelist()
-        assert not [name for name in archive.namelist() if name.endswith(".toml")]
+    written = entries(Path("a.ssp"))
+    assert "resources/car.fmu" in written
+    assert not [name for name in written if name.endswith(".toml")]
 
     other = copied(ours, Path("other.fmu"), {"modelDescription.xml": silent.replace('"state.', '"State_').encode()})
     code, _, err = export("static", "--plant", other, "--ssp", "b.ssp")
