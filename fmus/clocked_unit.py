@@ -25,12 +25,12 @@ class ClockedUnit(Fmu3Unit):
 
     @override
     def use_events(self, h: float) -> None:
-        self._fmu.fmi3FreeInstance(self._fmu.component)
+        self._free_instance()
         try:
             self._fmu.instantiate(loggingOn=True, eventModeUsed=True, earlyReturnAllowed=True, logMessage=self._logged)
         except Exception as error:  # FMPy raises bare Exception
             raise UnitError(self.name, f"could not be instantiated with Event Mode ({error})", self.messages) from error
-        self._component = int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
+        self._component = self._address()
         self._events = EventMode(self._fmu, self.interface.clocks, h)
 
     @property

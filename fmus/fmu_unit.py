@@ -9,12 +9,11 @@ functions directly, with integer addresses prepared once (`facts`: several times
 from __future__ import annotations
 
 import ctypes
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -60,31 +59,30 @@ class FmuUnit(Unit):
         self._kept: list[Any] = []  # arrays whose addresses the library is given
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
-        self._component = 0
-        self._folder = Path(tempfile.mkdtemp(prefix="macrostep_")).resolve()
+        self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
-            unpack(archive.path, self._folder, str(archive.path), VALID)
-            self._fmu = loaded(self._kind(), archive, self._folder, name)
-            self._instantiated()
+            made = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
+            folder = Path(self._resources.enter_context(made)).resolve()
+            unpack(archive.path, folder, str(archive.path), VALID)
+            self._fmu = loaded(self._kind(), archive, folder, name)
+            self._resources.callback(self._fmu.freeLibrary)
+            self._make_instance()
+            self._resources.callback(self._free_instance)
         except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._resources.close()
             raise
-        self._component = int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
 
     def _kind(self) -> Any:
         """FMPy's class for this FMU."""
         raise NotImplementedError
 
-    def _instantiate(self, *, logging: bool) -> None:
-        """Make an instance. Raises bare Exception, as FMPy does."""
+    def _instantiate(self) -> None:
+        """Call FMPy's `instantiate`, which raises bare Exception."""
         raise NotImplementedError
 
-    def _instantiated(self) -> None:
-        with suppress(Exception):  # FMPy raises bare Exception
-            self._instantiate(logging=False)
-            return
-        try:  # once more, to hear why: many say it only when they are asked to log
-            self._instantiate(logging=True)
+    def _make_instance(self) -> None:
+        try:
+            self._instantiate()
         except Exception as error:
             said = f" ({'; '.join(dict.fromkeys(self.messages))})" if self.messages else ", and does not say why"
             token = "token" if self.prefix == "fmi3" else "GUID"
@@ -94,6 +92,13 @@ class FmuUnit(Unit):
                 f"a library that takes the {token} `{self._archive.description.guid}` of its modelDescription.xml",
                 "Export the FMU again.",
             ) from error
+        self._component = self._address()
+
+    def _address(self) -> int:
+        return int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
+
+    def _free_instance(self) -> None:
+        getattr(self._fmu, f"{self.prefix}FreeInstance")(self._fmu.component)
 
     def _check(self, action: str, call: Callable[[], Any]) -> None:
         try:
@@ -209,10 +214,7 @@ class FmuUnit(Unit):
 
     @override
     def close(self) -> None:
-        if self._component:
-            self._component = 0
-            self._fmu.freeInstance()
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self._resources.close()
 
 
 class Fmu2Unit(FmuUnit):
@@ -225,14 +227,19 @@ class Fmu2Unit(FmuUnit):
         return fmi2.FMU2Slave
 
     @override
-    def _instantiate(self, *, logging: bool) -> None:
+    def _instantiate(self) -> None:
         callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = formatting_logger()
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        self._environment = register(self.name, self._log)
-        callbacks.componentEnvironment = self._environment
-        self._fmu.instantiate(callbacks=callbacks, loggingOn=logging)
+        environment = register(self.name, self._log)
+        self._resources.callback(release, environment)
+        callbacks.componentEnvironment = environment
+        with suppress(Exception):
+            self._fmu.instantiate(callbacks=callbacks, loggingOn=False)
+            return
+        # once more, to hear why: many say it only when they are asked to log
+        self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
@@ -248,11 +255,6 @@ class Fmu2Unit(FmuUnit):
     def step(self, t: float, h: float) -> object:
         return self._do_step(self._component, t, h, 1)
 
-    @override
-    def close(self) -> None:
-        super().close()
-        release(self._environment)
-
 
 class Fmu3Unit(FmuUnit):
     """An FMI 3.0 Co-Simulation FMU, without event mode."""
@@ -264,7 +266,7 @@ class Fmu3Unit(FmuUnit):
         return fmi3.FMU3Slave
 
     @override
-    def _instantiate(self, *, logging: bool) -> None:
+    def _instantiate(self) -> None:
         self._fmu.instantiate(loggingOn=True, logMessage=self._logged)
 
     def _logged(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:

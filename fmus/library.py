@@ -10,6 +10,8 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmpy import freeLibrary
+
 from components.interfaces.problem import choices, refuse
 from fmus.platform_names import binary_path, platform_tuple
 from fmus.recompile import compiled, has_sources
@@ -50,22 +52,26 @@ def loaded(kind: Any, archive: Archive, folder: Path, name: str) -> Any:
     elif folder / found != place:
         place.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree((folder / found).parent, place.parent, dirs_exist_ok=True)
-    _check(kind, place, archive)
-    return kind(
-        guid=archive.description.guid,
-        modelIdentifier=identifier,
-        unzipDirectory=str(folder),
-        instanceName=name,
-        **({"libraryPath": str(place)} if archive.version == Version.FMI2 else {}),
-    )
+    where = f"{archive.path}, {place.relative_to(folder).as_posix()}"
+    opened = _opened(place, where)
+    try:
+        _refuse_incomplete(opened, kind, archive.version, where)
+        return kind(
+            guid=archive.description.guid,
+            modelIdentifier=identifier,
+            unzipDirectory=str(folder),
+            instanceName=name,
+            **({"libraryPath": str(place)} if archive.version == Version.FMI2 else {}),
+        )
+    finally:
+        freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened it once more, and closes only that
 
 
-def _check(kind: Any, library: Path, archive: Archive) -> None:
-    where = f"{archive.path}, {library.relative_to(library.parents[2]).as_posix()}"
+def _opened(library: Path, where: str) -> ctypes.CDLL:
     at = Path.cwd()
     os.chdir(library.parent)  # libraries that come along are found from here, as FMPy does it
     try:
-        opened = ctypes.CDLL(str(library))
+        return ctypes.CDLL(str(library))
     except OSError as error:
         said = str(error).replace(f"{library.parent}{os.sep}", "")
         found = f"a library that cannot be loaded ({said})"
@@ -74,9 +80,12 @@ def _check(kind: Any, library: Path, archive: Archive) -> None:
         ) from None
     finally:
         os.chdir(at)
-    prefix = f"fmi{archive.version}"
+
+
+def _refuse_incomplete(opened: ctypes.CDLL, kind: Any, version: Version, where: str) -> None:
+    prefix = f"fmi{version}"
     missing = [n for n in dir(kind) if n.startswith(prefix) and n[4:5].isupper() and not hasattr(opened, n)]
     if missing:
         rest = f" and {len(missing) - _LISTED} more" if len(missing) > _LISTED else ""
         found = f"a library without {', '.join(missing[:_LISTED])}{rest}"
-        raise refuse(where, found, f"all functions of FMI {archive.version}.0", "Export the FMU again.")
+        raise refuse(where, found, f"all functions of FMI {version}.0", "Export the FMU again.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -115,6 +116,19 @@ def test_a_refusal_without_a_reason_is_told_as_one(good, tmp_path):
     source = "#include <stddef.h>\nvoid *fmi2Instantiate() { return NULL; }"
     text = refusal(changed(good, tmp_path, 2, TEXT[2], library(tmp_path, Version.FMI2, source)))
     assert text.startswith("m.fmu: found a library that refuses to make an instance, and does not say why; valid:")
+
+
+def test_a_library_is_unloaded_with_its_unit_and_where_it_is_refused(good, tmp_path, version):
+    def in_memory():
+        return Path("/proc/self/maps").read_text().count("/macrostep_")
+
+    before = in_memory()
+    unit = fmu_unit("m", open_fmu(good))
+    assert in_memory() > before
+    unit.close()
+    assert in_memory() == before
+    refusal(changed(good, tmp_path, version, TEXT[version].replace('="g"', '="other"')))
+    assert in_memory() == before
 
 
 def test_what_is_no_library_is_refused(good, tmp_path, version):
