@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,8 +12,8 @@ from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.event_mode import EventError, EventMode, Stepping
-from fmus.fmu_unit import ADDRESS, Fmu3Unit
+from fmus.event_mode import EventError, EventMode
+from fmus.fmu_unit import Fmu3Unit
 from fmus.unit import Column, Operation, UnitError, positions
 
 
@@ -68,22 +67,26 @@ class ClockedUnit(Fmu3Unit):
         super().exit_initialization()
         if self._events is not None:
             self._event("the clocks could not be read", self._events.begin)
-            arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
-            self._stepping = Stepping(self._function("DoStep", arguments), self._component)
 
     @override
     def activate(self, t: float, h: float) -> object:
-        return self._event("Event Mode failed", lambda: self.events.activate(t, h))
+        return self._event("Event Mode failed", lambda: self.events.activate(t))
 
     @override
     def update(self, t: float, h: float) -> object:
-        return self._event("the discrete states could not be updated", lambda: self.events.update(t, h))
+        return self._event("the discrete states could not be updated", lambda: self.events.update(t))
 
     @override
     def step(self, t: float, h: float) -> object:
         if self._events is None:
             return super().step(t, h)
-        return self._event("the step failed", lambda: self.events.step(self._stepping, t, h))
+        return self._event("the step failed", lambda: self.events.step(self._advance, t, h))
+
+    def _advance(self, t: float, h: float) -> tuple[int, bool, bool, float]:
+        """Step; gives status, whether an event is needed, whether the FMU asks for the end, and the time reached."""
+        status = self._do_step(self._component, t, h, 1, *self._results)
+        event, terminate, early = (bool(flag) for flag in self._flags.raw)
+        return int(status), event or early, terminate, self._reached.value if event or early else t + h
 
     @override
     def fired(self) -> set[str]:

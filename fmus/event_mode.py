@@ -10,22 +10,20 @@ goes on. Output clocks that tick in between are forwarded at the next communicat
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from typing import Any, Final
 
-from fmpy.fmi3 import fmi3Float64, fmi3IntervalQualifier, fmi3ValueReference
+from fmpy.fmi3 import fmi3Float64, fmi3IntervalChanged, fmi3IntervalQualifier, fmi3ValueReference
 
 from fmus.clocks import SET_BY_IMPORTER, Clock
+from fmus.unit import FMI_WARNING
 
 ITERATIONS: Final = 1000
 """Event iterations at one instant; more are taken for an endless loop"""
-UNKNOWN, UNCHANGED = 0, 1
-"""What an FMU says of an interval: not yet known, unchanged since the last time it was asked"""
 
 
 class EventMode:
-    """The event handling of one running FMU; `fmu` is FMPy's, `do_step` the raw function."""
+    """The event handling of one running FMU; `fmu` is FMPy's."""
 
     def __init__(self, fmu: Any, clocks: tuple[Clock, ...], h: float) -> None:
         self._fmu = fmu
@@ -64,16 +62,13 @@ class EventMode:
             else:
                 self._ask(clock, 0.0)
 
-    def activate(self, t: float, h: float) -> object:
+    def activate(self, t: float) -> None:
         """Enter Event Mode at `t` and make the clocks tick that are due, or were triggered."""
-        del h
         self._enter(t, self._triggered)
         self._triggered = set()
-        return 0
 
-    def update(self, t: float, h: float) -> object:
+    def update(self, t: float) -> None:
         """Iterate the discrete states until they rest."""
-        del h
         for _ in range(ITERATIONS):
             self.fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
             again, terminate, *_ = self._fmu.updateDiscreteStates()
@@ -87,7 +82,6 @@ class EventMode:
         for clock in self._time_based:
             if clock.interval_variability in {"tunable", "changing", "countdown"}:
                 self._ask(clock, t)
-        return 0
 
     def step(self, do_step: Callable[[float, float], tuple[int, bool, bool, float]], t: float, h: float) -> object:
         """Lead from `t` to `t + h`; `do_step` gives status, event needed, terminate, and the time reached."""
@@ -99,7 +93,7 @@ class EventMode:
             due = min(self._next.values(), default=end)
             target = due if now + _tolerance(due) < due < end - _tolerance(end) else end
             status, event, terminate, reached = do_step(now, target - now)
-            if status > 1:
+            if status > FMI_WARNING:
                 return status
             if terminate:
                 raise EventError(f"it asked for the end of the simulation at {reached:g} s")
@@ -108,7 +102,7 @@ class EventMode:
             now = reached if reached < target - _tolerance(target) else target
             if now < end - _tolerance(end):
                 self._enter(now, set())  # what others trigger waits for the communication point
-                self.update(now, 0.0)
+                self.update(now)
         return 0
 
     def trigger(self, clock: str) -> None:
@@ -140,7 +134,7 @@ class EventMode:
     def _ask(self, clock: Clock, t: float) -> None:
         """Take in a new interval, which counts from `t`."""
         interval, qualifier = self._interval(clock)
-        if qualifier in {UNKNOWN, UNCHANGED}:
+        if qualifier != fmi3IntervalChanged:
             return
         if clock.interval_variability == "tunable" or (clock.interval_variability == "changing" and interval > 0):
             known = self._ticks.get(clock.reference)
@@ -152,36 +146,19 @@ class EventMode:
     def _interval(self, clock: Clock) -> tuple[float, int]:
         references, intervals = (fmi3ValueReference * 1)(clock.reference), (fmi3Float64 * 1)()
         qualifiers = (fmi3IntervalQualifier * 1)()
-        self._fmu.fmi3GetIntervalDecimal(self._fmu.component, references, 1, intervals, qualifiers)
+        self._fmu.getIntervalDecimal(references, intervals, qualifiers)
         return float(intervals[0]), int(qualifiers[0])
 
     def _shift(self, clock: Clock) -> float:
         if clock.interval is None:
             return clock.shift
         references, shifts = (fmi3ValueReference * 1)(clock.reference), (fmi3Float64 * 1)()
-        self._fmu.fmi3GetShiftDecimal(self._fmu.component, references, 1, shifts)
+        self._fmu.getShiftDecimal(references, shifts)
         return float(shifts[0])
 
 
 class EventError(RuntimeError):
     """An FMU that cannot go on at an instant."""
-
-
-class Stepping:
-    """The results of `fmi3DoStep`, in memory that the library writes to."""
-
-    def __init__(self, function: Any, component: int) -> None:
-        self._function, self._component = function, component
-        self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
-        self._reached = ctypes.c_double()
-        first = ctypes.addressof(self._flags)
-        self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
-
-    def __call__(self, t: float, h: float) -> tuple[int, bool, bool, float]:
-        """Step; gives status, event needed, terminate, and the time reached."""
-        status = self._function(self._component, t, h, 1, *self._results)
-        event, terminate, early = (bool(flag) for flag in self._flags.raw)
-        return int(status), event or early, terminate, self._reached.value if event or early else t + h
 
 
 def _tolerance(t: float) -> float:

@@ -30,7 +30,7 @@ from fmus.unit import Column, Operation, Unit, UnitError, by_type
 from fmus.unpack import unpack
 from fmus.version import Version
 
-ADDRESS = ctypes.c_size_t
+_ADDRESS = ctypes.c_size_t
 
 _NATIVE: Mapping[Version, Mapping[Type, tuple[str, type[np.generic]]]] = {
     Version.FMI2: {
@@ -134,7 +134,7 @@ class FmuUnit(Unit):
         values = column if shared else np.zeros(column.size, dtype=native)
         self._kept += [references, values]
         extra = [values.size] if self.prefix == "fmi3" else []
-        function = self._function(f"{direction}{access}", [ADDRESS] * (4 + len(extra)))
+        function = self._function(f"{direction}{access}", [_ADDRESS] * (4 + len(extra)))
         call = partial(function, self._component, references.ctypes.data, references.size, values.ctypes.data, *extra)
         if shared:
             return call
@@ -156,7 +156,7 @@ class FmuUnit(Unit):
         n, binary = column.size, kind is Type.BINARY
         pointers = (ctypes.c_char_p * n)() if direction == "Set" else (ctypes.c_void_p * n)()
         sizes = (ctypes.c_size_t * n)()
-        function = self._function(f"{direction}{kind.value}", [ADDRESS] * (4 + binary + (self.prefix == "fmi3")))
+        function = self._function(f"{direction}{kind.value}", [_ADDRESS] * (4 + binary + (self.prefix == "fmi3")))
         arguments = [self._component, references.ctypes.data, references.size]
         arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)] + [n] * (self.prefix == "fmi3")
 
@@ -249,7 +249,7 @@ class Fmu2Unit(FmuUnit):
         self._prepare_step()
 
     def _prepare_step(self) -> None:
-        self._do_step = self._function("DoStep", [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
+        self._do_step = self._function("DoStep", [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
 
     @override
     def step(self, t: float, h: float) -> object:
@@ -283,7 +283,7 @@ class Fmu3Unit(FmuUnit):
         self._prepare_step()
 
     def _prepare_step(self) -> None:
-        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
+        arguments = [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[_ADDRESS] * 4]
         self._do_step = self._function("DoStep", arguments)
         self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
         self._reached = ctypes.c_double()
@@ -295,5 +295,5 @@ class Fmu3Unit(FmuUnit):
         status = self._do_step(self._component, t, h, 1, *self._results)
         if self._flags.raw != b"\0\0\0":
             self.messages.append(f"the FMU asked for an event, the end or an early return at {self._reached.value:g} s")
-            return max(int(status), int(Version.FMI3))
+            return max(int(status), fmi3.fmi3Error)
         return status
