@@ -75,7 +75,7 @@ class Recorder(Protocol):
         """There will be no more rows; comes back at once."""
 
     def wait_until_open(self) -> None:
-        """Wait until rows are written as they come: a run that takes its time has the time to begin with this."""
+        """Wait until rows are written as they come."""
 
     def wait(self) -> str:
         """Wait until everything is written; what went wrong, in a line, or nothing."""
@@ -120,7 +120,7 @@ class RecordingProcess:
         self._thread.start()
 
     def wait_until_open(self) -> None:
-        """Wait until rows are written as they come: a run that takes its time has the time to begin with this."""
+        """Wait until rows are written as they come."""
         self._open.wait(_OPEN_WITHIN)
 
     def end(self, about: Mapping[str, str]) -> None:

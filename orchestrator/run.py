@@ -8,8 +8,9 @@ import threading
 import traceback
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         recorder.write_system(scenario, folder)
         request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
         try:
-            _begin(streams, request, simulation, wait=pacer is not None or beside.live is not None)
+            _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
             progress(f"stepping {scenario.name}")
             ended = fault or _step(simulation, pacer)
         except KeyboardInterrupt as interrupt:  # before the first step
@@ -144,10 +145,14 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
     return Finished(folder, told, ended, notes)
 
 
-def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation, *, wait: bool) -> None:
+def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation, *, figures: bool) -> None:
+    """Begin to record; from here on there is a file, whatever happens."""
     for stream in streams:
         stream.begin(request, simulation)
-    for stream in streams if wait else ():
+    if figures:
+        with suppress(ImportError):  # `_draw` tells of it
+            import_module("orchestrator.figures")  # slow, as is a recorder that gets ready on another core
+    for stream in streams:
         stream.wait_until_open()
 
 
@@ -195,7 +200,7 @@ def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
         return ""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its cache of fonts is nothing to tell of a run
     try:
-        from orchestrator import figures  # noqa: PLC0415 - slow to import; the stepping need not wait for it
+        from orchestrator import figures  # noqa: PLC0415 - slow to import
 
         with warnings.catch_warnings(action="ignore"):
             figures.draw(rows, scenario.system, scenario.scene, folder)

@@ -177,6 +177,20 @@ def recorded_ticks(path):
 # -- killed at random ticks
 
 
+def test_there_is_a_recording_before_the_first_step(tmp_path, monkeypatch):
+    there, stepping = [], run._step
+
+    def step(*arguments):
+        there.append((tmp_path / "r" / "recording.rrd").stat().st_size)
+        return stepping(*arguments)
+
+    monkeypatch.setattr(run, "_step", step)
+    with RecordingProcess() as recording:
+        execute(static(stop_time=0.5), tmp_path / "r", lambda _: None, Beside(recording))
+    assert there[0] > 0
+    assert recorded_ticks(tmp_path / "r" / "recording.rrd") == 6
+
+
 def run_to_be_killed(folder, stepped, recorder_pid):
     """The process that is killed: an endless run that says how far it has come."""
 
