@@ -33,6 +33,25 @@ app = typer.Typer(
 )
 
 
+def _version(wanted: bool) -> None:  # noqa: FBT001 - typer hands it on like this
+    if wanted:
+        from orchestrator.provenance import versions  # noqa: PLC0415
+
+        for name, version in versions().items():
+            out.print(f"{name} {version}", markup=False, highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    *,
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show versions, and those of libraries.")
+    ] = False,
+) -> None:
+    """Options of no command; the help is the application's."""
+
+
 @app.command()
 def run(  # noqa: PLR0913 - one parameter per option of the command
     scenario: run_options.Request,
