@@ -1,13 +1,14 @@
 from __future__ import annotations
 
 import os
+import sys
 
 import pytest
 from hypothesis import settings
 
 from components import BLOCKS
 from fmus.version import Version
-from orchestrator import scenario
+from orchestrator import cli, scenario
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 
@@ -21,6 +22,20 @@ def in_tmp_path(tmp_path, monkeypatch):
     """The working folder of a command that writes runs/."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def macrostep(in_tmp_path, monkeypatch, capsys):
+    """Types `macrostep ...` in a new folder; gives the exit code and what stands on stdout and on stderr."""
+
+    def call(*arguments):
+        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        said = capsys.readouterr()
+        return end.value.code or 0, said.out, said.err
+
+    return call
 
 
 @pytest.fixture(scope="session")

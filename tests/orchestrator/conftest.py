@@ -1,34 +1,19 @@
-"""What these tests share: the command as a person types it, run folders, and where pictures can be drawn."""
+"""What these tests share: run folders, and where pictures can be drawn."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from orchestrator import cli, recorder
+from orchestrator import recorder
 from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing.rerun_stream import RerunStream
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")
-
-
-@pytest.fixture
-def macrostep(in_tmp_path, monkeypatch, capsys):
-    """Types `macrostep ...` in a new folder; gives the exit code and what stands on stdout and on stderr."""
-
-    def call(*arguments):
-        monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        said = capsys.readouterr()
-        return end.value.code or 0, said.out, said.err
-
-    return call
 
 
 @pytest.fixture(scope="session")
