@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
 from contextlib import nullcontext
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
+
+from components import BLOCKS
+from tests.fmus.foreign import copied, entries
 
 
 class NoRecording(nullcontext):
@@ -78,7 +83,7 @@ def test_signals_carry_their_units_and_the_summary_its_provenance(macrostep, in_
     macrostep("run", "static", "--blocks", "--out", "r", "--set", "plant.m=2100", "--stop-time", 0.5)
     schema = pq.read_schema("r/signals.parquet")
     assert schema.field("plant.state.v_x").metadata[b"unit"] == b"m/s"
-    assert schema.field("plant.actuation.T_r" if "plant.actuation.T_r" in schema.names else "controller.actuation.T_r")
+    assert schema.field("controller.actuation.T_r").metadata[b"unit"] == b"N.m"
     assert json.loads(schema.field("controller.solver.status").metadata[b"items"]) == {
         "converged": 1,
         "iteration_limit": 2,
@@ -165,11 +170,15 @@ def test_list_names_scenarios_and_blocks(macrostep):
         assert name in out
 
 
-def test_build_says_where_the_fmus_are(macrostep, in_tmp_path):
+def test_build_makes_what_is_missing_and_says_where_the_fmus_are(macrostep, in_tmp_path, built_fmus):
+    shutil.copytree(built_fmus / "fmi2", in_tmp_path / "built" / "fmi2")
+    (in_tmp_path / "built" / "fmi2" / "mpc.fmu").unlink()
     code, out, _ = macrostep("build", "--out", "built", "--fmi", "2")
     assert code == 0
-    assert "FMUs in built/" in out
-    assert (in_tmp_path / "built" / "fmi2" / "mpc.fmu").is_file()
+    native = [name for name, block in BLOCKS.items() if block.native]
+    assert out == f"{len(native)} FMUs in built/\n"
+    made = {path.stem: path.read_bytes() for path in (in_tmp_path / "built").rglob("*.fmu")}
+    assert made == {name: (built_fmus / "fmi2" / f"{name}.fmu").read_bytes() for name in native}
 
 
 def test_without_a_compiler_the_message_says_what_to_install(in_tmp_path):
@@ -192,18 +201,25 @@ def test_show_of_something_that_is_no_run_is_refused(macrostep, in_tmp_path):
     assert (code, "nowhere: found no such file or folder; valid: a run folder, or an .rrd file" in err) == (2, True)
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["build"], ["list"], ["show"]])
+def test_the_versions_are_those_of_the_libraries_that_run(macrostep):
+    code, out, _ = macrostep("--version")
+    assert code == 0
+    assert f"numpy {np.__version__}\n" in out
+    assert f"pandas {pd.__version__}\n" in out
+    assert out.startswith("macrostep ")
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["export"], ["build"], ["reproduce"], ["check"], ["list"], ["show"]])
 def test_help_reads_well(macrostep, command):
     code, out, _ = macrostep(*command, "--help")
     assert code == 0
     assert "Usage" in out
+    assert " ".join([*command, "[OPTIONS]"]) in out
 
 
 def test_an_fmu_without_its_library_is_refused_before_anything_is_written(macrostep, in_tmp_path, built_fmus):
-    with zipfile.ZipFile(built_fmus / "fmi3" / "bicycle.fmu") as whole, zipfile.ZipFile("bare.fmu", "w") as bare:
-        for name in whole.namelist():
-            if not name.startswith(("binaries/", "sources/")):
-                bare.writestr(name, whole.read(name))
+    whole = built_fmus / "fmi3" / "bicycle.fmu"
+    copied(whole, Path("bare.fmu"), {n: None for n in entries(whole) if n.startswith(("binaries/", "sources/"))})
     code, _, err = macrostep("run", "static", "--blocks", "--plant", "bare.fmu", "--out", "r")
     assert (code, "bare.fmu: found no binary for " in err) == (2, True)
     assert not (in_tmp_path / "r").exists()
@@ -211,12 +227,10 @@ def test_an_fmu_without_its_library_is_refused_before_anything_is_written(macros
 
 @NO_PICTURES
 def test_an_fmu_that_breaks_a_rule_runs_leniently_and_a_note_says_which(macrostep, built_fmus):
-    with zipfile.ZipFile(built_fmus / "fmi3" / "bicycle.fmu") as whole, zipfile.ZipFile("odd.fmu", "w") as odd:
-        for name in whole.namelist():
-            content = whole.read(name)
-            if name == "modelDescription.xml":
-                content = content.replace(b"<fmiModelDescription ", b'<fmiModelDescription maker="me" ')
-            odd.writestr(name, content)
+    whole = built_fmus / "fmi3" / "bicycle.fmu"
+    text = entries(whole)["modelDescription.xml"]
+    text = text.replace(b"<fmiModelDescription ", b'<fmiModelDescription maker="me" ')
+    copied(whole, Path("odd.fmu"), {"modelDescription.xml": text})
     options = ("run", "static", "--blocks", "--plant", "odd.fmu", "--stop-time", 0.5, "--out", "r")
     code, _, err = macrostep(*options)
     assert (code, "odd.fmu, modelDescription.xml, line 2: found Element" in err, "--lenient" in err) == (2, True, True)
@@ -247,6 +261,7 @@ def test_a_run_that_would_not_fit_into_memory_is_refused(macrostep):
     assert "stop time: found 10000000001 ticks" in err
 
 
+@NO_PICTURES
 def test_a_run_that_was_cut_short_is_repeated_with_a_note(macrostep, in_tmp_path):
     macrostep("run", "idle", "--blocks", "--out", "r")
     (in_tmp_path / "r" / "summary.json").unlink()

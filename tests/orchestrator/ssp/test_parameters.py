@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
-
 import pytest
 
 from orchestrator.master import simulate
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
+from tests.fmus.foreign import copied, entries
 from tests.orchestrator.ssps import (
     SPACES,
     binding,
@@ -217,17 +216,15 @@ def test_start_values_of_inputs_and_of_connectors_of_the_system_are_held(many, t
 def test_start_values_of_states_are_set(tmp_path):
     """A local variable with `initial="exact"` is no parameter, but may be set before the initialisation."""
     plain = echo(tmp_path / "plain.fmu", ["u"])
-    with zipfile.ZipFile(plain) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
     state = '<ScalarVariable name="x" valueReference="7" causality="local" initial="exact"><Real start="1"/>'
     state += "</ScalarVariable>"
     shown = '<ScalarVariable name="y_x" valueReference="107" causality="output"><Real/></ScalarVariable>'
-    text = files["modelDescription.xml"].decode().replace("</ModelVariables>", f"{state}{shown}</ModelVariables>")
+    text = (
+        entries(plain)["modelDescription.xml"].decode().replace("</ModelVariables>", f"{state}{shown}</ModelVariables>")
+    )
     text = text.replace("</Outputs>", '<Unknown index="4" dependencies=""/></Outputs>')
     text = text.replace("</InitialUnknowns>", '<Unknown index="4" dependencies=""/></InitialUnknowns>')
-    with zipfile.ZipFile(tmp_path / "many.fmu", "w") as archive:
-        for name, content in (files | {"modelDescription.xml": text}).items():
-            archive.writestr(name, content)
+    copied(plain, tmp_path / "many.fmu", {"modelDescription.xml": text.encode()})
     found = read(tmp_path, tmp_path / "many.fmu", body(component("a", "many.fmu", bindings(binding(values(x=4))))))
     assert found.system.units["a"].parameters == {"x": 4.0}
     assert simulate(found.system, h=0.1, until=0.1)["a.y_x"].tolist() == [0.0, 4.0]
@@ -250,11 +247,7 @@ def test_structural_parameters_decide_the_lengths_of_arrays(tmp_path):
 
 
 def test_a_set_may_lie_inside_the_component(many, tmp_path):
-    with zipfile.ZipFile(many) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(tmp_path / "many.fmu", "w") as archive:
-        for name, content in (files | {"resources/own.ssv": values(k=6)}).items():
-            archive.writestr(name, content)
+    copied(many, tmp_path / "many.fmu", {"resources/own.ssv": values(k=6).encode()})
     inside = bindings(binding("", 'source="resources/own.ssv" sourceBase="component"'))
     found = read(tmp_path, tmp_path / "many.fmu", body(component("a", "many.fmu", inside)))
     assert found.system.units["a"].parameters == {"k": 6.0}

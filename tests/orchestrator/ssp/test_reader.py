@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import zipfile
 
 import fmpy.ssp.simulation
 import numpy as np
@@ -18,7 +17,7 @@ from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
-from tests.fmus.foreign import C, description3, library, pack
+from tests.fmus.foreign import C, description3, entries, library, pack
 from tests.orchestrator.ssps import (
     SPACES,
     binding,
@@ -124,8 +123,7 @@ def test_units_of_any_name_have_paths_that_end_at_their_dot(plain, tmp_path):
 def test_a_system_of_ours_without_our_annotation_fills_the_sockets_all_the_same(version, built_fmus, tmp_path):
     ours = prepare("static", Options(mode=version, stop_time=0.5))
     ssp.write(ours, tmp_path / "ours.ssp")
-    with zipfile.ZipFile(tmp_path / "ours.ssp") as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
+    files = entries(tmp_path / "ours.ssp")
     text = files.pop("SystemStructure.ssd").decode()
     ours_only = r"<ssd:Annotations>\s*<ssc:Annotation type=\"org.macrostep\">.*?</ssd:Annotations>"
     text = re.sub(ours_only, "", text, flags=re.DOTALL)

@@ -15,6 +15,7 @@ from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
+from tests.fmus.foreign import entries
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 
@@ -40,8 +41,7 @@ def test_what_is_read_back_is_what_was_written(static, tmp_path):
 
 def test_a_system_of_fmi_2_keeps_the_schema_of_ssp_1(built_fmus, tmp_path):
     ssp.write(prepare("static", Options(mode=Version.FMI2)), tmp_path / "a.ssp")
-    with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
+    files = entries(tmp_path / "a.ssp")
     description = etree.XMLSchema(etree.parse(SCHEMAS / "SystemStructureDescription.xsd"))
     description.assertValid(etree.fromstring(files["SystemStructure.ssd"]))
     values = etree.XMLSchema(etree.parse(SCHEMAS / "SystemStructureParameterValues.xsd"))
