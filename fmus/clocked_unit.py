@@ -14,7 +14,7 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.event_mode import EventError, EventMode
 from fmus.fmu_unit import Fmu3Unit
-from fmus.unit import Column, Operation, UnitError, positions
+from fmus.unit import Column, Operation, UnitError, views
 
 
 class ClockedUnit(Fmu3Unit):
@@ -50,9 +50,9 @@ class ClockedUnit(Fmu3Unit):
     ) -> list[Operation]:
         """A call for each variable; that of a clocked one does nothing while none of its clocks ticks."""
         made: list[Operation] = []
+        slots = views(variables, columns)
         for variable in variables:
-            kind, at = positions(variables)[variable.name]
-            move = self._mover(direction, kind, [variable.name], columns[kind][at : at + variable.size])
+            move = self._mover(direction, variable.quantity.type, [variable.name], slots[variable.name])
             clocks = self._archive.clocks_of.get(variable.name)
             made.append(move if clocks is None else self._while_active(move, clocks))
         return made

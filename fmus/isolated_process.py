@@ -17,7 +17,7 @@ import numpy as np
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import DTYPES, Type, zeros
 from fmus.archive import open_fmu
-from fmus.unit import Column, Interface, Operation, Unit, UnitError, widths
+from fmus.unit import FMI_WARNING, Column, Interface, Unit, UnitError, carry_out, widths
 from fmus.units import fmu_unit
 
 ALIGNMENT = 8
@@ -124,11 +124,11 @@ class _Host:
             return Answer()
         unit = self._unit
         put_texts(self._inputs, request.texts)
-        status = _worst(unit.setters()) if request.take else 0
-        value = None if status > 1 else self._called(unit, request)
-        if request.show and status <= 1:
-            status = _worst(unit.getters())
-        if status and not value:
+        status = carry_out(unit.setters()) if request.take else 0
+        value = None if status > FMI_WARNING else self._called(unit, request)
+        if request.show and status <= FMI_WARNING:
+            status = carry_out(unit.getters())
+        if status > FMI_WARNING and not value:
             value = status
         messages = tuple(unit.messages)
         unit.messages.clear()
@@ -154,15 +154,6 @@ class _Host:
             return unit.forget(self._saved.pop(request.arguments[0]))
         call: Callable[..., Any] | None = getattr(unit, request.method, None)
         return None if call is None else call(*request.arguments)
-
-
-def _worst(operations: list[Operation]) -> int:
-    """Carry out operations up to the first that fails; its status."""
-    for operation in operations:
-        status = operation()
-        if isinstance(status, int) and status > 1:
-            return status
-    return 0
 
 
 def serve(pipe: int, descriptor: int) -> None:

@@ -17,8 +17,8 @@ from components.interfaces.conventions import Convention, Views
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.quantity import Type, zeros
 from components.interfaces.record import Variable
-from fmus.adaptation import Adaptation, Link, RateInput
-from fmus.unit import FMI_WARNING, Column, Interface, Operation, Unit, positions, widths
+from fmus.adaptation import Adaptation, Link, Place, RateInput
+from fmus.unit import FMI_WARNING, Column, Interface, Operation, Unit, carry_out, positions, views, widths
 
 Columns = Mapping[Type, Column]
 
@@ -35,10 +35,9 @@ class MappedUnit(Unit):
         self._u = {kind: zeros(kind, n) for kind, n in widths(theirs.inputs).items()}
         self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.outputs).items()}
         starts = {**theirs.starts, **adaptation.held}
-        for variable in theirs.inputs:
-            if variable.name in starts:
-                kind, at = positions(theirs.inputs)[variable.name]
-                self._u[kind][at : at + variable.size] = np.ravel(starts[variable.name])
+        for variable, slot in views(theirs.inputs, self._u).items():
+            if variable in starts:
+                slot[:] = np.ravel(starts[variable])
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
         self._rates = [_Rate(rate) for rate in adaptation.rates]
@@ -54,20 +53,22 @@ class MappedUnit(Unit):
         if turned:
             read = {kind: column.copy() for kind, column in inputs.items()}
             into += [_copy(inputs[kind], read[kind]) for kind in inputs]
-            views = _views(mine.inputs, read)
-            into += [_applied(c.theirs, views[bus]) for bus, cs in turned.items() for c in reversed(cs)]
+            buses = _by_bus(views(mine.inputs, read))
+            into += [_applied(c.theirs, buses[bus]) for bus, cs in turned.items() for c in reversed(cs)]
         into += _moves(a.inputs, (mine.inputs, read), (theirs.inputs, self._u), back=True)
         self._setters = [*into, *self._inner.setters()]
-        own = [Link(v.name, tuple((v.name, i) for i in range(v.size))) for v in theirs.outputs if v.name in a.passed_on]
+        sizes = {v.name: v.size for v in theirs.outputs}
+        own = [Link(name, tuple((name, i) for i in range(sizes[name]))) for name in a.passed_on]
         outof = _moves((*a.outputs, *own), (theirs.outputs, self._y), (mine.outputs, outputs))
-        outof += _constants(a.constants, mine.outputs, outputs)
-        views = _views(mine.outputs, outputs)
+        shown = views(mine.outputs, outputs)
+        outof += _constants(a.constants, shown)
         for name, integral in zip(a.integrated, self._integrals, strict=True):
-            outof.append(integral.shown_in(_slots(mine.outputs, outputs, name)))
-        outof += [_applied(c.ours, views[bus]) for bus, cs in _turns(mine.outputs, a.conventions).items() for c in cs]
+            outof.append(integral.shown_in(shown[name]))
+        buses = _by_bus(shown)
+        outof += [_applied(c.ours, buses[bus]) for bus, cs in _turns(mine.outputs, a.conventions).items() for c in cs]
         self._getters = [*self._inner.getters(), *outof]
         for rate in self._rates:
-            rate.bind((mine.inputs, inputs), (theirs.inputs, self._u), (theirs.outputs, self._y))
+            rate.bind(views(mine.inputs, inputs), views(theirs.inputs, self._u), views(theirs.outputs, self._y))
 
     @override
     def setters(self) -> list[Operation]:
@@ -84,10 +85,8 @@ class MappedUnit(Unit):
         if self._rates:
             for rate in self._rates:
                 rate.act(h)
-            for function in self._inner.setters():
-                status = function()
-                if isinstance(status, int) and status > FMI_WARNING:
-                    return status
+            if (status := carry_out(self._inner.setters())) > FMI_WARNING:
+                return status
         return self._inner.step(t, h)
 
     @override
@@ -149,11 +148,11 @@ class _Rate:
         self.kept = 0.0
         """Where the signal has come to, as the adapter reckons"""
 
-    def bind(self, ours: tuple[Any, Columns], inputs: tuple[Any, Columns], outputs: tuple[Any, Columns]) -> None:
+    def bind(self, ours: Mapping[str, Column], inputs: Mapping[str, Column], outputs: Mapping[str, Column]) -> None:
         rate, present = self._declared.rate, self._declared.present
-        self._wanted = _slots(*ours, rate.signal)
-        self._rate = _slots(*inputs, *rate.theirs[0])
-        self._present = _slots(*outputs, *present.theirs[0]) if present else None
+        self._wanted = ours[rate.signal]
+        self._rate = _element(inputs, rate.theirs[0])
+        self._present = _element(outputs, present.theirs[0]) if present else None
 
     def act(self, h: float) -> None:
         present = self._declared.present
@@ -189,22 +188,18 @@ def _turns(
     return {bus: found for bus, found in conventions.items() if bus in present}
 
 
-def _slots(variables: Sequence[Variable], columns: Columns, name: str, element: int | None = None) -> NDArray[Any]:
-    """The elements of a variable, or one of them, as a view."""
-    kind, at = positions(variables)[name]
-    if element is not None:
-        return columns[kind][at + element : at + element + 1]
-    size = next(v.size for v in variables if v.name == name)
-    return columns[kind][at : at + size]
-
-
-def _views(variables: Sequence[Variable], columns: Columns) -> dict[str, Views]:
+def _by_bus(slots: Mapping[str, Column]) -> dict[str, Views]:
     """By bus, its signals as views."""
-    found: dict[str, dict[str, NDArray[Any]]] = {}
-    for variable in variables:
-        bus, _, leaf = variable.name.partition(".")
-        found.setdefault(bus, {})[leaf] = _slots(variables, columns, variable.name)
+    found: dict[str, dict[str, Column]] = {}
+    for name, slot in slots.items():
+        bus, _, leaf = name.partition(".")
+        found.setdefault(bus, {})[leaf] = slot
     return dict(found)
+
+
+def _element(slots: Mapping[str, Column], place: Place) -> Column:
+    name, element = place
+    return slots[name][element : element + 1]
 
 
 def _applied(function: Callable[[Views], None], bus: Views) -> Operation:
@@ -218,12 +213,9 @@ def _copy(values: Column, out: Column) -> Operation:
     return copy
 
 
-def _constants(values: Mapping[str, Any], variables: Sequence[Variable], columns: Columns) -> list[Operation]:
-    """Calls that write constant signals; the first time they are written is the only one that changes anything."""
-    return [
-        _copy(np.array(np.ravel(value), dtype=(slot := _slots(variables, columns, name)).dtype), slot)
-        for name, value in values.items()
-    ]
+def _constants(values: Mapping[str, Any], slots: Mapping[str, Column]) -> list[Operation]:
+    """Calls that write constant signals; each time anew, as the conventions of their bus change them in place."""
+    return [_copy(np.array(np.ravel(value), dtype=slots[name].dtype), slots[name]) for name, value in values.items()]
 
 
 def _moves(

@@ -20,7 +20,7 @@ from components.interfaces.quantity import Type
 from fmus.archive import Archive
 from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.solver import Solver, SolverError
-from fmus.unit import Column, Operation, UnitError
+from fmus.unit import Column, UnitError, carry_out
 
 TOLERANCE: Final = 1e-8
 """Relative tolerance where the FMU names none; what it names counts if it is no larger than `LOOSEST`."""
@@ -97,17 +97,17 @@ class ModelExchangeUnit(FmuUnit):
         if self._running and not self._unsettled:
             self._check("Event Mode was refused", self._fmu.enterEventMode)
             self._unsettled = True
-        return _worst(self._movers)
+        return carry_out(self._movers)
 
     def _show_outputs(self) -> object:
         self._settle()
-        return _worst(self._readers)
+        return carry_out(self._readers)
 
     @override
     def exit_initialization(self) -> None:
         super().exit_initialization()  # from here on in Event Mode
         self._check("the initialization failed", self._begin)
-        _worst(self._readers)  # the initial event may have changed what they showed before
+        carry_out(self._readers)  # the initial event may have changed what they showed before
 
     def _begin(self) -> None:
         self._iterate()
@@ -238,12 +238,3 @@ class Model3Unit(ModelExchangeUnit, Fmu3Unit):
     @override
     def _count(self) -> tuple[int, int]:
         return self._fmu.getNumberOfContinuousStates(), self._fmu.getNumberOfEventIndicators()
-
-
-def _worst(operations: list[Operation]) -> int:
-    """Carry out all operations; the worst status that they met."""
-    worst = 0
-    for operation in operations:
-        status = operation()
-        worst = max(worst, status if isinstance(status, int) else 0)
-    return worst

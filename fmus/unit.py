@@ -7,7 +7,7 @@ macro step `set`, `step` and `get` in the order of the schedule, and `close` onc
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
@@ -149,6 +149,23 @@ def positions(variables: Sequence[Variable]) -> dict[str, tuple[Type, int]]:
             found[variable.name] = (kind, at)
             at += variable.size
     return found
+
+
+def views(variables: Sequence[Variable], columns: Mapping[Type, Column]) -> dict[str, Column]:
+    """The elements of every variable, as a view of the column that holds them."""
+    sizes = {v.name: v.size for v in variables}
+    return {name: columns[kind][at : at + sizes[name]] for name, (kind, at) in positions(variables).items()}
+
+
+def carry_out(operations: Iterable[Operation]) -> int:
+    """Carry out operations up to the first that fails; the worst status that they met."""
+    worst = 0
+    for operation in operations:
+        status = operation()
+        worst = max(worst, status if isinstance(status, int) else 0)
+        if worst > FMI_WARNING:
+            break
+    return worst
 
 
 def widths(variables: Sequence[Variable]) -> dict[Type, int]:
