@@ -112,6 +112,7 @@ class FmuUnit(Unit):
 
     @override
     def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+        self._kept.clear()  # of the memory that it was bound to before
         self._setters = [self._mover("Set", k, names, inputs[k]) for k, names in self._names(self.interface.inputs)]
         self._getters = [self._mover("Get", k, names, outputs[k]) for k, names in self._names(self.interface.outputs)]
 

@@ -32,7 +32,6 @@ class KeptUnit(Fmu3Unit):
 
     @override
     def close(self) -> None:
-        self._kept.clear()
         self.messages.clear()
         try:
             self._check("the reset failed", self._fmu.reset)
