@@ -56,17 +56,19 @@ class Gathered:
     def of_fmu(self, socket: str, part: Part, settings: Sequence[Setting], *, lenient: bool) -> None:
         """The parameters of an FMU, in its own units, and how it fills its socket."""
         path = Path(part.fmu or "")
-        archive = Fmu(path, lenient=lenient).archive
-        self.remarks += [f"{socket}: {path.name}: {told}" for told in archive.remarks]
-        part = in_their_units(part, archive.interface)
-        declared = archive.interface.parameters
-        values, found = values_of(socket, declared, {}, part.parameters, settings)
-        fmu = Fmu(path, {} if found else values, lenient)
+        fmu = Fmu(path, lenient=lenient)
+        self.remarks += [f"{socket}: {path.name}: {told}" for told in fmu.archive.remarks]
+        given = (
+            part.parameters | in_units_of(part.parameters, fmu.interface)[0]
+        )  # others are told when they are checked
+        declared = fmu.interface.parameters
+        values, found = values_of(socket, declared, {}, given, settings)
+        fmu = fmu if found else fmu.changed(parameters=values)
         self.foreign[socket], wrong, told = fitted(socket, SOCKETS[socket], fmu, self.mappings.get(socket))
         self.problems += [*found, *wrong]
         self.remarks += told
         self.values[socket] = values
-        self.sources |= sources_of(socket, declared, values, part.parameters, settings)
+        self.sources |= sources_of(socket, declared, values, given, settings)
 
 
 def sources_of(
@@ -132,11 +134,6 @@ def foreign_part(part: Part, socket: str) -> tuple[Part, MappingFile | None]:
     own = {n: Given(value=a.value, unit=a.unit, source=Path(request).name) for n, a in mapping.parameters.items()}
     update = {"fmu": str(path), "mapping": request, "parameters": {**own, **part.parameters}}
     return part.model_copy(update=update), mapping
-
-
-def in_their_units(part: Part, theirs: Interface) -> Part:
-    """The part with its parameters in the units of the FMU; what cannot be converted is told when it is checked."""
-    return part.model_copy(update={"parameters": part.parameters | in_units_of(part.parameters, theirs)[0]})
 
 
 def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str, Given], dict[str, str]]:

@@ -16,7 +16,6 @@ from typing import Any
 
 from components.interfaces.problem import refuse
 from orchestrator import recorder
-from orchestrator.isolation import isolated
 from orchestrator.live import Live
 from orchestrator.log import EVERYTHING, paces, without_gaps
 from orchestrator.master import Simulation, SimulationError
@@ -50,10 +49,6 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
 
     A scenario by name or file, a system in an `.ssp` file, the system of a former run, or a single FMU.
     """
-    return isolated(_asked_for(request, options, progress), options.isolate)
-
-
-def _asked_for(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
     path = Path(request)
     if path.is_dir():
         if not recorder.is_run(path):
@@ -66,7 +61,9 @@ def _asked_for(request: str, options: Options, progress: Callable[[str], None]) 
     settings = parse_settings(options.settings, None)
     if path.suffix == ".fmu":
         return in_this_manner(single_fmu(path, settings, options), options)
-    found = ssp_reader.read(path, settings, options.step, options.stop_time, lenient=options.lenient)
+    found = ssp_reader.read(
+        path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
+    )
     if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
         found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
     return in_this_manner(found, options)

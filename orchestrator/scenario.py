@@ -17,6 +17,7 @@ from components.interfaces.sockets import SOCKETS
 from fmus.build import build_all
 from fmus.modelica.build import build_modelica, is_modelica
 from fmus.version import Version
+from orchestrator.isolation import isolated
 from orchestrator.log import EVERYTHING, Choice
 from orchestrator.parameters import (
     SCENARIOS,
@@ -165,7 +166,7 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
     h, until, given = _experiment(content, options)
     raise_if_any([*gathered.problems, *found])
 
-    units = _units(kinds, gathered, options.mode, progress)
+    units = isolated(_units(kinds, gathered, options.mode, progress), options.isolate)
     remarks = gathered.remarks
     if options.mode != "blocks":
         inside = {socket: kind.name for socket, kind in kinds.items() if not kind.native}

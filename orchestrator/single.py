@@ -10,7 +10,9 @@ from typing import Any, Final
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
+from orchestrator.isolation import isolated
 from orchestrator.parameters import Given, Setting, values_of
+from orchestrator.parts import sources_of
 from orchestrator.scenario import Options, Scenario
 from orchestrator.system import Fmu, System
 
@@ -21,15 +23,17 @@ STEP: Final = 0.1
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
     """The FMU as the only unit of a system, named `fmu`, with the experiment it asks for. Raises `RequestError`."""
     unit = "fmu"
-    archive = Fmu(path, lenient=options.lenient).archive
-    interface = archive.interface
+    fmu = Fmu(path, lenient=options.lenient)
+    archive, interface = fmu.archive, fmu.interface
     if unknown := settings.keys() - {unit}:
         raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
     mine = settings.get(unit, ())
     inputs = {v.name for v in interface.inputs}
     values, problems = values_of(unit, interface.parameters, {}, {}, [s for s in mine if s.name not in inputs])
-    started = {v.name: Given(value=_start(v, interface.starts), source="its start value") for v in interface.inputs}
-    started = {n: g.model_copy(update={"unit": _unit(interface.inputs, n)}) for n, g in started.items()}
+    started = {
+        v.name: Given(value=_start(v, interface.starts), unit=v.quantity.unit, source="its start value")
+        for v in interface.inputs
+    }
     held, found = values_of(unit, interface.inputs, {}, started, [s for s in mine if s.name in inputs])
     raise_if_any([*problems, *found])
     h, until, remarks = _experiment(archive.description.defaultExperiment, options)
@@ -39,11 +43,15 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=str(archive.description.description or archive.description.modelName),
-        system=System({unit: Fmu(path, values, options.lenient)}, {}, {f"{unit}.{n}": v for n, v in held.items()}),
+        system=System(
+            isolated({unit: fmu.changed(parameters=values)}, options.isolate),
+            {},
+            {f"{unit}.{n}": v for n, v in held.items()},
+        ),
         scene=None,
         h=h,
         until=until,
-        sources={f"{unit}.{n}": {"value": v, "unit": "", "source": "--set"} for n, v in values.items()},
+        sources=sources_of(unit, interface.parameters, values, {}, mine),
         remarks=(*archive.remarks, *remarks),
     )
 
@@ -51,10 +59,6 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
 def _start(variable: Variable, starts: Mapping[str, Any]) -> Any:
     value = starts.get(variable.name, zeros(variable.quantity.type, variable.shape))
     return value.tolist() if hasattr(value, "tolist") else value
-
-
-def _unit(variables: Sequence[Variable], name: str) -> str:
-    return next(v.quantity.unit for v in variables if v.name == name)
 
 
 def _experiment(asked: Any, options: Options) -> tuple[float, float, list[str]]:

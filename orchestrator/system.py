@@ -83,6 +83,13 @@ class Fmu:
         """What the unit looks like from outside."""
         return self.archive.interface
 
+    def changed(self, **changes: Any) -> Fmu:
+        """The same file with other `parameters`, or `isolated`; it is read again only where its arrays may change."""
+        made = dataclasses.replace(self, **changes)
+        if "parameters" not in changes or not self.archive.structural:
+            vars(made)["archive"] = self.archive
+        return made
+
     def make(self, name: str) -> Unit:
         """The running unit."""
         if self.isolated is None:

@@ -42,6 +42,12 @@ class Mapped:
         return MappedUnit(name, self.interface, self.fmu.make(name), self.fitting.adaptation)
 
 
+def fmu_of(source: Source) -> Fmu | None:
+    """The FMU that a unit is made from; None for a block of this process."""
+    fmu = source.fmu if isinstance(source, Mapped) else source
+    return fmu if isinstance(fmu, Fmu) else None
+
+
 def for_others(source: Source) -> Source:
     """What another tool is given: the FMU itself, where its mapping only adds to what its file says of it."""
     return source.fmu if isinstance(source, Mapped) and source.fitting.plain else source

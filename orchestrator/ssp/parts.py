@@ -98,8 +98,8 @@ def with_parameters(source: Source, values: Mapping[str, Any]) -> Source:
     if isinstance(source, InProcess):
         return InProcess(source.block, values)
     if isinstance(source, Mapped):
-        return replace(source, fmu=replace(source.fmu, parameters=values))
-    return replace(source, parameters=values) if isinstance(source, Fmu) else source
+        return replace(source, fmu=source.fmu.changed(parameters=values))
+    return source.changed(parameters=values) if isinstance(source, Fmu) else source
 
 
 def open_parts(root: Group, findings: Findings, *, ours: bool) -> dict[tuple[str, ...], Part]:

@@ -18,13 +18,15 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from components.interfaces.problem import RequestError, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.problem import RequestError, choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
+from orchestrator.isolation import isolated
 from orchestrator.log import EVERYTHING
 from orchestrator.parameters import Given, Setting, values_of
+from orchestrator.parts import sources_of
 from orchestrator.scenario import Scenario
 from orchestrator.scene import Scene
 from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop
@@ -53,15 +55,19 @@ OPEN_LOOP: Final = (
 Settings = Mapping[str, Sequence[Setting]]
 
 
-def read(
+def read(  # noqa: PLR0913 - what a person can change
     path: Path,
     settings: Settings | None = None,
     step: float | None = None,
     stop_time: float | None = None,
     *,
     lenient: bool = False,
+    isolate: Sequence[str] = (),
 ) -> Scenario:
-    """The system and experiment in an `.ssp` file, with a person's changes. Raises `RequestError`."""
+    """The system and experiment in an `.ssp` file, with a person's changes. Raises `RequestError`.
+
+    `isolate` are units in processes of their own, besides those that were when the file was written.
+    """
     findings = Findings(lenient=lenient)
     document = _description(path, findings)
     root = None if document is None else read_structure(document)
@@ -71,6 +77,8 @@ def read(
     parts = open_parts(root, findings, ours=notes is not None)
     experiment = _experiment(document, notes, step, stop_time)
     units, assembly, sources = _units(root, parts, findings, settings or {})
+    requests = [f"{name}:{seconds}" for name, seconds in (notes or {}).get("isolated", {}).items()]
+    units = findings.attempt(lambda: isolated(units, [*requests, *isolate])) or units
     scene, scene_sources = _scene(notes, (settings or {}).get("scene", ()), findings)
     system = _system(units, assembly, notes, _steps(notes, parts, experiment))
     if system is None or findings.problems:
@@ -232,19 +240,15 @@ def _with_values(
     settable = (*part.source.interface.parameters, *part.source.interface.initials)
     declared = {v.name: v.quantity.unit for v in settable}
     given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in found.items()}
-    for setting in settings:  # one element changes; the others stay as the unit has them
+    for setting in settings:
+        assembly.lines.pop(f"{part.name}.{setting.name}", None)  # what is wrong with it does not stand in the file
+        # one element changes; the others stay as the unit has them
         start = part.source.interface.starts.get(setting.name)
         if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
     values, problems = values_of(part.name, settable, {}, given, settings)
     assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
-    origins = {n: g.source for n, g in given.items()} | {s.name: "--set" for s in settings}
-    told: dict[str, Mapping[str, Any]] = {
-        f"{part.name}.{n}": {"value": v, "unit": declared[n], "source": origins[n]}
-        for n, v in values.items()
-        if n in declared
-    }
-    return with_parameters(part.source, values), told
+    return with_parameters(part.source, values), sources_of(part.name, settable, values, given, settings)
 
 
 def _refuse_others(part: Part, assembly: Assembly) -> None:
@@ -301,11 +305,12 @@ def _scene(
         for setting in settings:
             findings.wrong(f"--set scene.{setting.name}", "a scene", "a parameter of a unit: the SSP has no scene")
         return None, {}
-    units = {v.name: v.quantity.unit for v in variables(Scene)}
+    declared = variables(Scene)
+    units = {v.name: v.quantity.unit for v in declared}
     given = {name: Given(value=value, unit=units[name], source="") for name, value in own.items()}
-    values, problems = values_of("scene", variables(Scene), {}, given, settings)
-    raise_if_any(problems)
-    told: dict[str, Mapping[str, Any]] = {
-        f"scene.{s.name}": {"value": values[s.name], "unit": units[s.name], "source": "--set"} for s in settings
-    }
-    return Scene(**values), told
+    values, problems = values_of("scene", declared, {}, given, settings)
+    if problems:
+        findings.problems += problems
+        return None, {}
+    set_here = {s.name: values[s.name] for s in settings}  # the notes tell where the others come from
+    return Scene(**values), sources_of("scene", declared, set_here, {}, settings)

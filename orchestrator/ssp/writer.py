@@ -26,7 +26,7 @@ from components.interfaces.record import Variable
 from fmus.ports import whole_name
 from fmus.version import Version
 from orchestrator.mapping.file import written
-from orchestrator.mapping.mapped import Mapped
+from orchestrator.mapping.mapped import Mapped, fmu_of
 from orchestrator.scenario import Scenario
 from orchestrator.ssp.rules import SSC, SSD, SSV
 from orchestrator.ssp.xml import Element, add, add_enumerations, add_units, has_unit, literal, qualified
@@ -58,11 +58,11 @@ def write(scenario: Scenario, path: Path) -> None:
     files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
     for name, source in scenario.system.units.items():
         files[f"resources/{name}.ssv"] = _text(_parameter_set(scenario, name))
-        if (file := file_of(source)) is not None:
-            files[_resource(scenario.system, name, file)] = file.read_bytes()
+        if (fmu := fmu_of(source)) is not None:
+            files[_resource(scenario.system, name, fmu)] = Path(fmu.path).read_bytes()
         if isinstance(source, Mapped):
-            fmu = Path(_resource(scenario.system, name, source.fmu.path)).name
-            files[f"resources/{name}.toml"] = written(source.fitting.mapping, fmu).encode()
+            file = Path(_resource(scenario.system, name, source.fmu)).name
+            files[f"resources/{name}.toml"] = written(source.fitting.mapping, file).encode()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             info = zipfile.ZipInfo(name, _EPOCH)
@@ -80,17 +80,12 @@ def not_a_file(unit: str, source: Source) -> Problem:
     return Problem(unit, found, "a block that becomes C, or an FMU", f"Choose another with --{unit}.")
 
 
-def file_of(source: Source) -> Path | None:
-    """The FMU file that a unit is made from; None for a block of this process."""
-    fmu = source.fmu if isinstance(source, Mapped) else source
-    return Path(fmu.path) if isinstance(fmu, Fmu) else None
-
-
-def _resource(system: System, unit: str, path: Path) -> str:
+def _resource(system: System, unit: str, fmu: Fmu) -> str:
     """Where a unit's FMU is in the archive; the unit's name comes first where another file has the same name."""
-    files = [file_of(source) for source in system.units.values()]
-    others = [file for file in files if file is not None and file != Path(path)]
-    return f"resources/{unit}.{path.name}" if any(o.name == path.name for o in others) else f"resources/{path.name}"
+    path = Path(fmu.path)
+    files = {Path(other.path) for source in system.units.values() if (other := fmu_of(source)) is not None}
+    shared = any(file.name == path.name for file in files - {path})
+    return f"resources/{unit}.{path.name}" if shared else f"resources/{path.name}"
 
 
 def _text(root: Element) -> bytes:
@@ -207,6 +202,7 @@ def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Varia
 
 def _extras(scenario: Scenario) -> dict[str, Any]:
     held = {path: np.asarray(value, dtype=object).tolist() for path, value in scenario.system.held.items()}
+    fmus = {name: fmu_of(source) for name, source in scenario.system.units.items()}
     return {
         "step": scenario.h,
         "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
@@ -216,6 +212,7 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
         "solve_loops": scenario.solve_loops,
         "record": dict(scenario.record),
         "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
+        "isolated": {name: fmu.isolated for name, fmu in fmus.items() if fmu is not None and fmu.isolated is not None},
         "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
     }
 
@@ -229,7 +226,7 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
     system = scenario.system
     source = system.units[name]
     if isinstance(source, Fmu):
-        kind, where = FMU_TYPE, _resource(system, name, source.path)
+        kind, where = FMU_TYPE, _resource(system, name, source)
     elif isinstance(source, Mapped):
         kind, where = MAPPING_TYPE, f"resources/{name}.toml"
     elif isinstance(source, InProcess):

@@ -33,6 +33,7 @@ def test_inputs_stay_at_what_is_set_and_the_rest_at_its_start(built_fmus, versio
     for name in ("state.x", "state.y", "state.r"):
         np.testing.assert_allclose(frame[f"fmu.{name}"], theirs[name], rtol=0, atol=1e-9)
     assert "nothing drives the inputs fmu.actuation.delta_f = 0.02, fmu.actuation.T_r = 0.0" in made.remarks
+    assert made.sources == {"fmu.m": {"value": 1500, "unit": "kg", "source": "--set"}}
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
+from orchestrator.parameters import Setting
+from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
+from orchestrator.ssp import writer as ssp_writer
 from tests.orchestrator.ssps import (
     SPACES,
     binding,
@@ -371,6 +374,20 @@ def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
     end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
     end += f"{note}</ssc:Annotation></ssd:Annotations>"
     assert read(tmp_path, files, body(A), end=end) == [f"line 12: found {found}; valid: what macrostep wrote"]
+
+
+def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
+    ssp_writer.write(prepare("static", Options(mode="blocks")), tmp_path / "theirs.ssp")
+    wrong = {
+        "scene": [Setting("scene", "ego_width", None, -1.0), Setting("scene", "ego_widht", None, 3)],
+        "plant": [Setting("plant", "m", None, -2.0)],
+    }
+    assert refusal(tmp_path / "theirs.ssp", settings=wrong) == [
+        "plant.m: found -2.0; valid: 1 <= finite number [kg]",
+        "scene.ego_widht: found an unknown parameter; valid: ego_length, ego_width, l_gap, y_adjacent, y_lane, y_left,"
+        " y_right. Did you mean `ego_width`?",
+        "scene.ego_width: found -1.0; valid: 0 <= finite number [m]",
+    ]
 
 
 @given(seed=st.integers(0, 2**32), lenient=st.booleans())
