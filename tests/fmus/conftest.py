@@ -12,7 +12,7 @@ from components import BLOCKS
 from components.interfaces.block import Block
 from fmus.build import build_all
 from fmus.version import Version
-from orchestrator.parameters import parameter_set, values_of
+from orchestrator.scenario import default_values
 from tests.fmus.fmu_driver import FmuDriver
 
 BICYCLE = {
@@ -41,14 +41,12 @@ RAMP_TRAFFIC = {
 }
 
 
+OWN: Mapping[str, Mapping[str, Any]] = {"bicycle": BICYCLE, "ramp_traffic": RAMP_TRAFFIC}
+
+
 def start_values(block: type[Block[Any, Any, Any]]) -> Mapping[str, Any]:
     """Start values for a block's parameters: our own above, otherwise those of its parameter file."""
-    own: Mapping[str, Mapping[str, Any]] = {"bicycle": BICYCLE, "ramp_traffic": RAMP_TRAFFIC}
-    if block.name in own:
-        return own[block.name]
-    values, problems = values_of(block.name, block.parameters(), parameter_set(block.name), {})
-    assert not problems, problems
-    return values
+    return OWN.get(block.name) or default_values(block)
 
 
 @pytest.fixture(scope="session")
@@ -58,13 +56,12 @@ def start_of() -> Callable[[str], dict[str, Any]]:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Mapping[tuple[str, Version], Path]:
-    """All blocks of the catalogue in both versions, by name and version."""
-    requests = [
-        (block, version, start_values(block)) for block in BLOCKS.values() if block.native for version in Version
-    ]
+def built(built_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Mapping[tuple[str, Version], Path]:
+    """All blocks of the catalogue in both versions, by name and version; those with start values of our own anew."""
+    requests = [(BLOCKS[name], version, OWN[name]) for name in OWN for version in Version]
     made = build_all(requests, tmp_path_factory.mktemp("built"), lambda _: None)
-    return {(block.name, version): b.path for (block, version, _), b in zip(requests, made, strict=True)}
+    found = {(n, v): built_fmus / f"fmi{v}" / f"{n}.fmu" for n, b in BLOCKS.items() if b.native for v in Version}
+    return found | {(block.name, version): b.path for (block, version, _), b in zip(requests, made, strict=True)}
 
 
 @pytest.fixture

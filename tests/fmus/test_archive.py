@@ -16,7 +16,7 @@ from fmus.units import fmu_unit
 from fmus.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
-from tests.fmus.foreign import C, copied, description2, description3, library, pack, scalar
+from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar
 
 TEXT = {
     2: description2([scalar("y", 101, "output")], ['<Unknown index="1"/>'], initial=['<Unknown index="1"/>']),
@@ -28,7 +28,7 @@ TEXT = {
 HERE = platform_tuple()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("fmus")
     for version in (2, 3):
@@ -112,9 +112,10 @@ def test_a_wrong_token_is_told_with_what_the_fmu_says(good, tmp_path, version):
     )
 
 
-def test_a_refusal_without_a_reason_is_told_as_one(good, tmp_path):
-    source = "#include <stddef.h>\nvoid *fmi2Instantiate() { return NULL; }"
-    text = refusal(changed(good, tmp_path, 2, TEXT[2], library(tmp_path, Version.FMI2, source)))
+def test_a_refusal_without_a_reason_is_told_as_one(good, tmp_path, version):
+    name = {2: "fmi2Instantiate", 3: "fmi3InstantiateCoSimulation"}[version]
+    binary = library(tmp_path, Version(version), f"#include <stddef.h>\nvoid *{name}() {{ return NULL; }}")
+    text = refusal(changed(good, tmp_path, version, binary=binary))
     assert text.startswith("m.fmu: found a library that refuses to make an instance, and does not say why; valid:")
 
 
@@ -268,21 +269,21 @@ def test_an_fmu_that_a_process_holds_once_is_not_used_twice(good, tmp_path, vers
     )
 
 
-def test_arrays_that_would_fill_the_memory_are_refused(good, tmp_path):
+def test_arrays_that_would_fill_the_memory_are_refused(folder, tmp_path):
     y = '<Float64 name="y" valueReference="101" causality="output"'
     text = TEXT[3].replace(f"{y}/>", f'{y}><Dimension start="4000000000"/></Float64>')
-    assert refusal(changed(good, tmp_path, 3, text)) == (
+    assert refusal(changed(folder / "good3.fmu", tmp_path, 3, text)) == (
         "m.fmu, modelDescription.xml: found a variable that cannot be understood (`y` with 4000000000 elements,"
         " more than 10000000); valid: what FMI allows"
     )
 
 
-def test_platform_names_of_fmi3_are_taken_for_fmi2_too(good, tmp_path):
-    with zipfile.ZipFile(good) as archive:
-        content = archive.read(binary_path(Version(int(good.stem[-1])), "m"))
-    if good.stem == "good2":
-        moved = {binary_path(Version.FMI2, "m"): None, binary_path(Version.FMI3, "m"): content}
-        assert len(rows(copied(good, tmp_path / "m.fmu", moved))) == 2
+def test_platform_names_of_fmi3_are_taken_for_fmi2_too(folder, tmp_path):
+    good, own, other = folder / "good2.fmu", binary_path(Version.FMI2, "m"), binary_path(Version.FMI3, "m")
+    assert own != other
+    path = copied(good, tmp_path / "m.fmu", {own: None, other: entries(good)[own]})
+    assert open_fmu(path).remarks == ()
+    assert rows(path)["m.y"].tolist() == [0.0, 0.0]
 
 
 def test_lenient_readers_run_what_breaks_a_rule(good, tmp_path, version):

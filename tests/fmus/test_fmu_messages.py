@@ -126,27 +126,24 @@ def test_wrong_number_of_values(drive: Drive, n: int) -> None:
     refused(driver, lambda: driver.fmu.getFloat64(references, nValues=n), text)
 
 
-@VERSIONS
-def test_setting_an_output(drive: Drive, version: Version) -> None:
+TUNABLE: Final = "valid: inputs and tunable parameters"
+NOT_TO_BE_SET: Final = "which is not to be set; valid: parameters and inputs"
+SETTINGS: Final = [
+    pytest.param(name, text, version, id=f"{name}-{version}")
+    for name, text, versions in (
+        ("state.x", f"found `state.x`, {NOT_TO_BE_SET}", Version),
+        ("time", f"found `time`, {NOT_TO_BE_SET}", [Version.FMI3]),
+        ("x_start", f"found fixed parameter `x_start` after initialization; {TUNABLE}", Version),
+    )
+    for version in versions
+]
+
+
+@pytest.mark.parametrize(("name", "text", "version"), SETTINGS)
+def test_setting_outputs_time_and_fixed_parameters(drive: Drive, name: str, text: str, version: Version) -> None:
     driver = drive("bicycle", version)
     driver.start()
-    text = "found `state.x`, which is not to be set; valid: parameters and inputs"
-    refused(driver, lambda: driver.set("state.x", 1.0), text)
-
-
-def test_setting_time(drive: Drive) -> None:
-    driver = drive("bicycle", Version.FMI3)
-    driver.start()
-    text = "found `time`, which is not to be set; valid: parameters and inputs"
-    refused(driver, lambda: driver.set("time", 1.0), text)
-
-
-@VERSIONS
-def test_setting_a_fixed_parameter_after_initialization(drive: Drive, version: Version) -> None:
-    driver = drive("bicycle", version)
-    driver.start()
-    text = "found fixed parameter `x_start` after initialization; valid: inputs and tunable parameters"
-    refused(driver, lambda: driver.set("x_start", 1.0), text)
+    refused(driver, lambda: driver.set(name, 1.0), text)
 
 
 @VERSIONS

@@ -54,7 +54,6 @@ class Model(Fmi3Slave):
 
 @pytest.mark.parametrize(("tool", "source"), [("pythonfmu", TWO), ("pythonfmu3", THREE)])
 def test_python_fmus_run(tmp_path, tool, source):
-    pytest.importorskip(tool)
     # in one process with a name of its own: both tools import the script into our interpreter
     (tmp_path / f"{tool}_model.py").write_text(source)
     command = [sys.executable, "-m", tool, "build", "-f", f"{tool}_model.py"]
