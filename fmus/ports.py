@@ -29,6 +29,7 @@ LARGEST_ARRAY: Final = 10_000_000
 
 _OLD_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
 _ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
+_BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _CAUSALITIES = {"input": "input", "output": "output", "parameter": "parameter", "structuralParameter": "parameter"}
 
 
@@ -51,10 +52,11 @@ class Port:
 def ports(root: Any, description: ModelDescription, version: Version, values: Mapping[str, Any]) -> list[Port]:
     """All ports; `values` of structural parameters give the lengths of arrays that depend on them."""
     units = {str(unit.name): _base(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
+    wanted = {d.valueReference for v in description.modelVariables for d in v.dimensions}
     lengths = {
         v.valueReference: _length(values.get(v.name), v)
         for v in description.modelVariables
-        if "Int" in v.type and v.start is not None and not v.dimensions
+        if v.valueReference in wanted and v.start is not None
     }
     texts = {v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")}
     found = [
@@ -95,7 +97,7 @@ def _length(given: Any, variable: Any) -> int:
     """The value of what may be the length of arrays; one that is none is told with the other parameters."""
     if isinstance(given, int) and given >= 0 and variable.causality == "structuralParameter":
         return given
-    return int(variable.start)
+    return _read(variable.start, Type.UINT64, variable.name, "start value")
 
 
 def _base(unit: Any) -> BaseUnit:
@@ -113,7 +115,7 @@ def _port(
     given = texts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:
         given = " ".join(given).split()
-    start = [_value(text, quantity.type) for text in given]
+    start = [_read(text, quantity.type, variable.name, "start value") for text in given]
     return Port(
         Variable(variable.name, quantity),
         _CAUSALITIES.get(variable.causality, ""),
@@ -136,7 +138,10 @@ def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUni
     kind = _OLD_TYPES.get(variable.type) or Type(variable.type)
     unit = (variable.unit or (declared.unit if declared else None) or "") if kind.is_float else "1"
     limits = [getattr(variable, n) or (getattr(declared, n) if declared else None) for n in ("min", "max")]
-    low, high = (None if b is None or kind is Type.ENUMERATION else float(b) for b in limits)
+    low, high = (
+        None if b is None or kind is Type.ENUMERATION else _read(b, Type.FLOAT64, variable.name, "limit")
+        for b in limits
+    )
     return Quantity(
         unit,
         variable.description or variable.name,
@@ -157,14 +162,18 @@ def _enumeration(declared: Any) -> type[IntEnum]:
         return IntEnum(declared.name, {f"item {value}": value for value in items.values()})  # type: ignore[return-value]
 
 
-def _value(text: str, kind: Type) -> Any:
-    if kind is Type.BOOLEAN:
-        return text in {"true", "1", "True"}
-    if kind is Type.STRING:
-        return text
-    if kind is Type.BINARY:
-        return bytes.fromhex(text)
-    return float(text) if kind.is_float else int(text)
+def _read(text: str, kind: Type, name: str, what: str) -> Any:
+    """What a text says that the file gives as the start value, or a limit, of a variable."""
+    try:
+        if kind is Type.BOOLEAN:
+            return _BOOLEANS[text.lower()]
+        if kind is Type.STRING:
+            return text
+        if kind is Type.BINARY:
+            return bytes.fromhex(text)
+        return float(text) if kind.is_float else DTYPES[kind](text).item()  # only what its width can hold
+    except (ValueError, LookupError, OverflowError) as error:
+        raise ValueError(f"`{name}` with the {what} `{text}`") from error
 
 
 def _arrays(scalars: Iterable[Port]) -> Iterator[Port]:

@@ -292,3 +292,25 @@ def test_patch_versions_of_fmi3_are_fmi3(tmp_path, version):
 def test_whole_names():
     assert whole_name("a.b[1,2]", {"a.b": 0}) == "a.b"
     assert whole_name("a", {"b": 0}) is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "attributes", "told"),
+    [
+        ("Real", {"of_start": "abc"}, "start value `abc`"),
+        ("Integer", {"of_start": "1.5"}, "start value `1.5`"),
+        ("Integer", {"of_start": "99999999999"}, "start value `99999999999`"),
+        ("Boolean", {"of_start": "maybe"}, "start value `maybe`"),
+        ("Real", {"of_start": "1", "of_min": "low"}, "limit `low`"),
+    ],
+)
+def test_a_lenient_reader_names_the_value_that_nobody_can_read(tmp_path, kind, attributes, told):
+    text = description2(
+        [scalar("y", 1, "output"), scalar("p", 2, "parameter", kind, variability="fixed", **attributes)]
+    )
+    with pytest.raises(RequestError) as error:
+        open_fmu(pack(tmp_path / "m.fmu", Version.FMI2, text, None), lenient=True)
+    assert str(error.value).replace(f"{tmp_path}/", "") == (
+        f"m.fmu, modelDescription.xml: found a variable that cannot be understood (`p` with the {told});"
+        " valid: what FMI allows"
+    )
