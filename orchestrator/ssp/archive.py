@@ -5,19 +5,15 @@ from __future__ import annotations
 import atexit
 import shutil
 import tempfile
-import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
 from components.interfaces.problem import Problem, RequestError, did_you_mean
 from fmus.unpack import parse_xml, unpack
-from orchestrator.ssp.rules import DESCRIPTION, breaches, kind_of
-
-Node: TypeAlias = Any
-"""An element of lxml, whose own type is private"""
+from orchestrator.ssp.rules import DESCRIPTION, Node, breaches, kind_of
 
 VALID: Final = "an SSP: a zip archive with SystemStructure.ssd, SSP 1.0 or 2.0"
 _LENIENT: Final = "Have the file corrected by its maker, or read it as it is with --lenient."
@@ -154,15 +150,5 @@ def resolve(document: Document, uri: str, where: str) -> Path | None:
             return None
         if path.is_file():
             return path
-    package.findings.wrong(where, f"the file `{uri}`, which is not there", valid, _close(uri, package.files))
+    package.findings.wrong(where, f"the file `{uri}`, which is not there", valid, did_you_mean(uri, package.files))
     return None
-
-
-def _close(name: str, known: Iterable[str]) -> str:
-    return did_you_mean(name, known)
-
-
-def member(path: Path, name: str) -> bytes | None:
-    """A file inside a component (an FMU); None where there is none."""
-    with zipfile.ZipFile(path) as archive:
-        return archive.read(name) if name in archive.namelist() else None

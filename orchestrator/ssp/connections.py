@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 from components.interfaces.problem import choices, did_you_mean
 from orchestrator.ssp.archive import Document
+from orchestrator.ssp.rules import Node
 from orchestrator.ssp.types import Declared, Step, change, is_true
 
-Node: TypeAlias = Any
 Port: TypeAlias = tuple[tuple[str, ...], str]
 """A connector in the whole: the path of its element, and its name"""
 Index: TypeAlias = tuple[int, ...] | None
@@ -77,7 +77,8 @@ class _End:
 def wire(document: Document, node: Node, system: HasConnectors, elements: Mapping[str, HasConnectors]) -> Wire | None:
     """A connection of a system; None where it cannot be made: the findings say why.
 
-    `start` and `end` do not say which way the values go: the kinds of the connectors do.
+    `start` and `end` do not say which way the values go: the kinds of the connectors do, as the standard has it (the
+    text of `Connection` in its schema).
     """
     where = document.at(node, _told(node))
     read = _Ends(document, node, where, system, elements)

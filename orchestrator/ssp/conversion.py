@@ -13,7 +13,7 @@ from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Index
 from orchestrator.ssp.parameters import Value
-from orchestrator.ssp.types import Change, Declared, Names, Step, items_of
+from orchestrator.ssp.types import TRUTHS, Change, Declared, Names, Step, items_of
 
 Items: TypeAlias = Mapping[str, int]
 
@@ -134,7 +134,7 @@ def _reader(declared: Declared, q: Quantity, items: Items) -> Callable[[str], An
 
 
 _OTHERS: Final[Mapping[Type, Callable[[str], Any]]] = {
-    Type.BOOLEAN: lambda text: {"true": True, "1": True, "false": False, "0": False}[text.strip()],
+    Type.BOOLEAN: lambda text: TRUTHS[text.strip()],
     Type.STRING: str,
     Type.BINARY: bytes.fromhex,
 }

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 from components.interfaces.problem import choices, did_you_mean
-from fmus.unpack import parse_xml
-from orchestrator.ssp.archive import Document, is_valid, member, read_document, resolve
+from fmus.unpack import parse_xml, read
+from orchestrator.ssp.archive import Document, is_valid, read_document, resolve
 from orchestrator.ssp.connections import Port
-from orchestrator.ssp.rules import MAPPING, NS, VALUES, local
+from orchestrator.ssp.rules import MAPPING, NS, VALUES, Node, local
 from orchestrator.ssp.structure import Bindings, Component, Element, Group
 from orchestrator.ssp.types import Declared, Definitions, Step, change, declared, is_true
-
-Node: TypeAlias = Any
 
 _SET_TYPE: Final = "application/x-ssp-parameter-set"
 _MAPPING_TYPE: Final = "application/x-ssp-parameter-mapping"
@@ -127,13 +125,18 @@ def _document(bindings: Bindings, node: Node, kind: str, inline: Node | None) ->
 def _inside(bindings: Bindings, source: str, where: str, kind: str) -> Document | None:
     """A document inside a component."""
     document, file = bindings.definitions.document, bindings.file
-    content = None if file is None else member(file, source)
+    archive = None
+    if file is not None:
+        archive = document.findings.attempt(lambda: read(file, {source}, where, "a component that is a zip archive"))
+        if archive is None:
+            return None
+    content = None if archive is None else archive[1].get(source)
     if file is None or content is None:
         document.findings.wrong(where, f"the file `{source}`, which is not in the component", "a file inside it")
         return None
     root = document.findings.attempt(lambda: parse_xml(content, where, "well-formed XML without a DTD"))
-    read = None if root is None else Document(document.package, file / source, root)
-    return read if read is not None and is_valid(read, read.root, kind) else None
+    made = None if root is None else Document(document.package, file / source, root)
+    return made if made is not None and is_valid(made, made.root, kind) else None
 
 
 def _set(document: Document, root: Node) -> Iterator[tuple[str, Value]]:

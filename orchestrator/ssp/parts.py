@@ -89,8 +89,12 @@ class Part:
         return self.source.archive.structural if isinstance(self.source, Fmu) else ()
 
     def has(self, name: str) -> bool:
-        """Whether there is a variable of a name, of whatever kind."""
-        return name in self.places or name in _hidden(self.source)
+        """Whether there is a variable of a name, also one of a kind that no master exchanges."""
+        if name in self.places:
+            return True
+        return isinstance(self.source, Fmu) and any(
+            v.name == name for v in self.source.archive.description.modelVariables
+        )
 
 
 def with_parameters(source: Source, values: Mapping[str, Any]) -> Source:
@@ -201,13 +205,6 @@ def _of(source: Source, role: str) -> Iterator[tuple[str, Place]]:
         names = spelled if len(spelled) == variable.size else variable.elements
         for name, index in zip(names, np.ndindex(*variable.shape), strict=True):
             yield name, Place(role, variable, tuple(i + 1 for i in index))
-
-
-def _hidden(source: Source) -> dict[str, str]:
-    """Causality of all variables that an FMU has, those too that no master exchanges."""
-    if not isinstance(source, Fmu):
-        return {}
-    return {str(v.name): str(v.causality) for v in source.archive.description.modelVariables}
 
 
 def _compare(part: Part, connector: Connector, findings: Findings) -> None:

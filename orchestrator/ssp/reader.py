@@ -1,4 +1,4 @@
-"""Reading a system from an SSP file of any maker, SSP 1.0 or 2.0, and those that `ssp` wrote.
+"""Reading a system from an SSP file of any maker, SSP 1.0 or 2.0, and those that `writer` wrote.
 
 Systems in systems become one: `inner` in the system `outer` is the unit `outer_inner`, and connections through
 connectors of systems lead from unit to unit. Parameter values of bindings further out replace those further in, later
@@ -90,7 +90,7 @@ def read(  # noqa: PLR0913 - what a person can change
     top = document.root.find("ssd:System", NS)
     name = document.root.get("name", "")
     return Scenario(
-        name=name if notes is not None else _plain_name(name or path.stem),
+        name=name if notes is not None and _is_file_name(name) else _plain_name(name or path.stem),
         title=top.get("description") or (name if notes is None else ""),
         system=system,
         scene=scene,
@@ -163,6 +163,10 @@ def _manner(notes: Mapping[str, Any]) -> dict[str, Any]:
         "solve_loops": bool(notes.get("solve_loops", False)),
         "record": notes.get("record", dict(EVERYTHING)),
     }
+
+
+def _is_file_name(name: str) -> bool:
+    return name not in {"", ".."} and Path(name).name == name
 
 
 def _plain_name(name: str) -> str:

@@ -10,12 +10,21 @@ from components.interfaces.problem import choices
 from fmus.ssp_schemas import schema
 
 Node: TypeAlias = Any
+"""An element of lxml, whose own type is private"""
+
 SSD: Final = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC: Final = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 SSV: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSM: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 SSB: Final = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"
 NS: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "ssm": SSM, "ssb": SSB}
+
+FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
+DEFINITION_TYPE: Final = "application/x-ssp-definition"
+PACKAGE_TYPE: Final = "application/x-ssp-package"
+BLOCK_TYPE: Final = "application/x-macrostep-block"
+MAPPING_TYPE: Final = "application/x-macrostep-mapping"
+"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
 
 DESCRIPTION: Final = "SystemStructureDescription"
 VALUES: Final = "ParameterSet"

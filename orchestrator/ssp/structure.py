@@ -9,21 +9,24 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 from components.interfaces.problem import choices, did_you_mean
 from orchestrator.ssp.archive import Document, is_valid, open_package, read_document, resolve
 from orchestrator.ssp.connections import Connector, Port, Wire, wire
-from orchestrator.ssp.rules import DICTIONARY, NS, local
+from orchestrator.ssp.rules import (
+    BLOCK_TYPE,
+    DEFINITION_TYPE,
+    DICTIONARY,
+    FMU_TYPE,
+    MAPPING_TYPE,
+    NS,
+    PACKAGE_TYPE,
+    Node,
+    local,
+)
 from orchestrator.ssp.types import Definitions, declared, number
 
-Node: TypeAlias = Any
-
-FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
-DEFINITION_TYPE: Final = "application/x-ssp-definition"
-PACKAGE_TYPE: Final = "application/x-ssp-package"
-BLOCK_TYPE: Final = "application/x-macrostep-block"
-MAPPING_TYPE: Final = "application/x-macrostep-mapping"
 _TYPES: Final = (FMU_TYPE, PACKAGE_TYPE, DEFINITION_TYPE, BLOCK_TYPE, MAPPING_TYPE)
 _DEEPEST: Final = 50
 """Systems in systems."""
@@ -115,15 +118,17 @@ class _Place:
 def read_structure(document: Document) -> Group | None:
     """The outermost system of a description; None where there is none: the findings say why."""
     key = (f"{document.path.relative_to(document.package.folder)}", str(document.path))
-    return _description(document, _Place(Definitions.of(document, document.root), stack=(key,)))
+    return _description(document, (key,))
 
 
-def _description(document: Document, place: _Place, name: str = "") -> Group | None:
+def _description(
+    document: Document, stack: tuple[tuple[str, str], ...], path: tuple[str, ...] = (), name: str = ""
+) -> Group | None:
     node = document.root.find("ssd:System", NS)
     if node is None:
         document.findings.wrong(document.at(document.root), "no system", "an element `System`")
         return None
-    return _system(node, replace(place, definitions=Definitions.of(document, document.root)), name)
+    return _system(node, _Place(Definitions.of(document, document.root), path, stack=stack), name)
 
 
 def _system(node: Node, place: _Place, name: str) -> Group:
@@ -209,7 +214,7 @@ def _system_component(node: Node, place: _Place, kind: str, where: str) -> Group
         made = _system(found, place, name)
     else:
         inner = _opened(document, file, source, kind)
-        made = None if inner is None else _description(inner, replace(place, dictionaries={}), name)
+        made = None if inner is None else _description(inner, place.stack, place.path, name)
     if made is not None:
         outer = Element(name, place.path, where)
         _fill(outer, node, place, file)

@@ -13,13 +13,11 @@ from components.interfaces.conversion import Linear, Lookup
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.unit_strings import BASE_UNITS, BaseUnit, base_unit
 from orchestrator.ssp.archive import Document
-from orchestrator.ssp.rules import NS, local
+from orchestrator.ssp.rules import NS, Node, local
 
-Node: TypeAlias = Any
-
-OLD_TYPES: Final = {"Real": Type.FLOAT64, "Integer": Type.INT32}
-_TYPES: Final = OLD_TYPES | {str(kind): kind for kind in Type}
-_SCALARS: Final = {"true": True, "1": True, "false": False, "0": False}
+_TYPES: Final = {"Real": Type.FLOAT64, "Integer": Type.INT32} | {str(kind): kind for kind in Type}
+TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
+"""How XML writes truth values"""
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ def number(document: Document, node: Node, name: str, kind: Callable[[str], Any]
 
 def is_true(text: str | None) -> bool:
     """An `xs:boolean`; false where it is missing."""
-    return _SCALARS.get((text or "").strip(), False)
+    return TRUTHS.get((text or "").strip(), False)
 
 
 def _base_unit(document: Document, node: Node) -> BaseUnit:
@@ -171,7 +169,7 @@ def _whole(text: str) -> int | None:
 
 
 _READERS: Final[Mapping[str, Callable[[str], Any]]] = {
-    "Boolean": lambda text: _SCALARS.get(text.strip()),
+    "Boolean": lambda text: TRUTHS.get(text.strip()),
     "Integer": _whole,
     "Enumeration": str,
 }

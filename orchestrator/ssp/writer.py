@@ -1,4 +1,4 @@
-"""System Structure and Parameterization (SSP): any system as one exchange file, and back.
+"""Writing a system as one SSP file (System Structure and Parameterization), which `reader` reads back.
 
 A system of FMI 2.0 FMUs is written as SSP 1.0, element by element, for other tools; with FMI 3.0 FMUs or blocks of this
 process it is SSP 2.0, whose connectors have dimensions. What SSP has no word for (scene, sockets, held inputs) stands
@@ -28,17 +28,13 @@ from fmus.version import Version
 from orchestrator.mapping.file import written
 from orchestrator.mapping.mapped import Mapped, fmu_of
 from orchestrator.scenario import Scenario
-from orchestrator.ssp.rules import SSC, SSD, SSV
-from orchestrator.ssp.xml import Element, add, add_enumerations, add_units, has_unit, literal, qualified
+from orchestrator.ssp.rules import BLOCK_TYPE, FMU_TYPE, MAPPING_TYPE, SSC, SSD, SSV, Node
+from orchestrator.ssp.xml import add, add_enumerations, add_units, has_unit, literal, qualified
 from orchestrator.system import Connection, Fmu, InProcess, Source, System
 
 OURS: Final = "urn:macrostep"
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
-BLOCK_TYPE: Final = "application/x-macrostep-block"
 BLOCK_SOURCE: Final = "urn:macrostep:block:"
-MAPPING_TYPE: Final = "application/x-macrostep-mapping"
-"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
-FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
 _NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
 _CAUSALITIES: Final = {
@@ -88,7 +84,7 @@ def _resource(system: System, unit: str, fmu: Fmu) -> str:
     return f"resources/{unit}.{path.name}" if shared else f"resources/{path.name}"
 
 
-def _text(root: Element) -> bytes:
+def _text(root: Node) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
@@ -97,7 +93,7 @@ def is_old(system: System) -> bool:
     return all(isinstance(s, Fmu) and s.archive.version == Version.FMI2 for s in system.units.values())
 
 
-def _description(scenario: Scenario) -> Element:
+def _description(scenario: Scenario) -> Node:
     system, old = scenario.system, is_old(scenario.system)
     root = etree.Element(qualified(SSD, "SystemStructureDescription"), nsmap=_NAMESPACES)
     root.set("version", "1.0" if old else "2.0")
@@ -121,7 +117,7 @@ def _description(scenario: Scenario) -> Element:
     return root
 
 
-def _connection(parent: Element, system: System, wire: Connection, *, old: bool) -> None:
+def _connection(parent: Node, system: System, wire: Connection, *, old: bool) -> None:
     """One connection, or one per element. A conversion is written in full: most tools convert no units themselves."""
     starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
     ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
@@ -140,12 +136,12 @@ def _connection(parent: Element, system: System, wire: Connection, *, old: bool)
             _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
 
 
-def _wire(parent: Element, wire: Connection, start: str, end: str) -> Element:
+def _wire(parent: Node, wire: Connection, start: str, end: str) -> Node:
     ends = {"startElement": wire.source, "startConnector": start, "endElement": wire.unit, "endConnector": end}
     return add(parent, SSD, "Connection", **ends)
 
 
-def _transformation(parent: Element, transformation: Transformation, q: Quantity) -> None:
+def _transformation(parent: Node, transformation: Transformation, q: Quantity) -> None:
     if transformation == IDENTITY:
         return
     if isinstance(transformation, Linear):
@@ -176,14 +172,14 @@ def element_names(source: Source, name: str, role: str, *, old: bool) -> list[st
     return [spelled[reference] for reference in source.archive.references[name]]
 
 
-def _experiment(root: Element, scenario: Scenario) -> None:
+def _experiment(root: Node, scenario: Scenario) -> None:
     """Start and stop time; and the macro step where libcosim looks for it, as SSP has no place of its own."""
     experiment = add(root, SSD, "DefaultExperiment", startTime="0", stopTime=repr(scenario.until))
     algorithm = _osp(experiment, "Algorithm")
     add(algorithm, OSP, "FixedStepAlgorithm", baseStepSize=repr(scenario.h))
 
 
-def _osp(parent: Element, label: str, **attributes: str) -> Element:
+def _osp(parent: Node, label: str, **attributes: str) -> Node:
     annotation = add(add(parent, SSD, "Annotations"), SSC, "Annotation", type="com.opensimulationplatform")
     return add(annotation, OSP, label, **attributes)
 
@@ -222,7 +218,7 @@ def _plain(value: Any) -> Any:
     return value.hex() if isinstance(value, bytes) else value.item()
 
 
-def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
+def _component(parent: Node, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
     system = scenario.system
     source = system.units[name]
     if isinstance(source, Fmu):
@@ -251,7 +247,7 @@ def _component(parent: Element, scenario: Scenario, name: str, *, old: bool) -> 
     return [v.quantity for variables in shown.values() for v in variables]
 
 
-def _clocks(connectors: Element, system: System, name: str) -> None:
+def _clocks(connectors: Node, system: System, name: str) -> None:
     """Connectors of a unit's clocks that are connected."""
     connected = {end for wire in system.clock_connections for end in (wire.origin, wire.target)}
     for clock in system.units[name].interface.clocks:
@@ -259,7 +255,7 @@ def _clocks(connectors: Element, system: System, name: str) -> None:
             add(add(connectors, SSD, "Connector", name=clock.name, kind=clock.causality), SSC, "Clock")
 
 
-def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
+def _type(parent: Node, space: str, q: Quantity, *, old: bool) -> Node:
     label = _OLD_NAMES.get(q.type, str(q.type)) if old else str(q.type)
     made = add(parent, space, label)
     if has_unit(q):
@@ -269,12 +265,12 @@ def _type(parent: Element, space: str, q: Quantity, *, old: bool) -> Element:
     return made
 
 
-def _dimensions(parent: Element, variable: Variable) -> None:
+def _dimensions(parent: Node, variable: Variable) -> None:
     for n in variable.quantity.shape:
         add(parent, SSC, "Dimension", size=str(n))
 
 
-def _parameter_set(scenario: Scenario, name: str) -> Element:
+def _parameter_set(scenario: Scenario, name: str) -> Node:
     """Values of a unit's parameters and other start values, and of its inputs that are held."""
     source, old = scenario.system.units[name], is_old(scenario.system)
     root = etree.Element(qualified(SSV, "ParameterSet"), nsmap={"ssv": SSV, "ssc": SSC})
@@ -299,7 +295,7 @@ def _parameter_set(scenario: Scenario, name: str) -> Element:
     return root
 
 
-def _value(parameter: Element, variable: Variable, texts: Sequence[str], *, old: bool) -> None:
+def _value(parameter: Node, variable: Variable, texts: Sequence[str], *, old: bool) -> None:
     made = _type(parameter, SSV, variable.quantity, old=old)
     if variable.quantity.type.is_number or old:
         made.set("value", " ".join(texts))

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
-from orchestrator.ssp.rules import SSC, SSD
-
-Element: TypeAlias = Any
-"""An element of lxml, whose own type is private"""
+from orchestrator.ssp.rules import SSC, SSD, Node
 
 
 def literal(value: Any, q: Quantity) -> str:
@@ -42,7 +39,7 @@ def unit_definitions(quantities: Sequence[Quantity]) -> dict[str, dict[str, str]
     return found
 
 
-def add(parent: Element, space: str, label: str, /, **attributes: str) -> Element:
+def add(parent: Node, space: str, label: str, /, **attributes: str) -> Node:
     """A new last child of an element, in a namespace."""
     return cast(Any, etree.SubElement)(parent, qualified(space, label), attributes)
 
@@ -52,7 +49,7 @@ def qualified(space: str, name: str) -> str:
     return f"{{{space}}}{name}"
 
 
-def add_enumerations(root: Element, quantities: Sequence[Quantity]) -> None:
+def add_enumerations(root: Node, quantities: Sequence[Quantity]) -> None:
     """The definitions of all enumerations in use, for an SSD."""
     kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
     if not kinds:
@@ -64,7 +61,7 @@ def add_enumerations(root: Element, quantities: Sequence[Quantity]) -> None:
             add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
 
 
-def add_units(root: Element, quantities: Sequence[Quantity], space: str = SSD) -> None:
+def add_units(root: Node, quantities: Sequence[Quantity], space: str = SSD) -> None:
     """The definitions of all units in use, for an SSD or an SSV."""
     if definitions := unit_definitions(quantities):
         parent = add(root, space, "Units")

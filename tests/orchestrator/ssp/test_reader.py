@@ -83,6 +83,14 @@ def test_systems_in_systems_run_like_the_same_system_built_by_hand(plain, tmp_pa
     )
 
 
+def test_a_connection_leads_from_output_to_input_whichever_is_its_start(plain, tmp_path):
+    """The schema of SSP: start and end "do not denote directionality"."""
+    elements = component("a", "plain.fmu", PORTS) + component("b", "plain.fmu", PORTS)
+    whole = body(elements, wire("b.u", "a.y_u"))
+    found = ssp_reader.read(write(tmp_path / "theirs.ssp", whole, {"resources/plain.fmu": plain}))
+    assert [str(c) for c in found.system.connections] == ["a.y_u -> b.u"]
+
+
 def test_fmpy_gets_the_same_numbers_from_systems_in_systems(plain, tmp_path):
     path = nested(tmp_path / "theirs.ssp", plain)
     (tmp_path / "set.ssv").write_text(values(**{"a.k": 3}))

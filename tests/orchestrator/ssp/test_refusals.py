@@ -6,6 +6,7 @@ import contextlib
 import random
 import re
 import zipfile
+from dataclasses import replace
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -313,6 +314,19 @@ def test_parameter_bindings_that_cannot_be_used(tmp_path, files):
     ]
 
 
+def test_parameter_sets_inside_components_that_are_no_archives(tmp_path, files):
+    inside = bindings(binding("", 'source="own.ssv" sourceBase="component"'))
+    definition = 'source="inner.ssd" type="application/x-ssp-definition"'
+    whole = body(component("a", "bad.fmu", inside) + f'<ssd:Component name="b" {definition}>{inside}</ssd:Component>')
+    archive = "ParameterBinding: found a file that is no zip archive; valid: a component that is a zip archive"
+    assert read(tmp_path, {"resources/bad.fmu": "no archive", "inner.ssd": ssd("")}, whole) == [
+        "line 5: component `a`, bad.fmu: found a file that is no zip archive; valid: an FMU: a zip archive with"
+        " modelDescription.xml, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange",
+        f"line 6: {archive}",
+        f"line 7: {archive}",
+    ]
+
+
 def test_experiments_that_cannot_be_run(tmp_path, files):
     assert read(tmp_path, files, body(A), end="") == [
         "line 2: found no stop time; valid: a number of seconds. Say how long with --stop-time."
@@ -388,6 +402,14 @@ def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
         " y_right. Did you mean `ego_width`?",
         "scene.ego_width: found -1.0; valid: 0 <= finite number [m]",
     ]
+
+
+def test_a_name_that_would_leave_the_folder_of_runs_is_none(tmp_path):
+    """It names the run folder; an SSP that says it is ours may come from anywhere."""
+    made = prepare("static", Options(mode="blocks"))
+    for name, kept in (("../../evil", "evil"), ("..", "system"), ("my static.2", "my static.2")):
+        ssp_writer.write(replace(made, name=name), tmp_path / "theirs.ssp")
+        assert ssp_reader.read(tmp_path / "theirs.ssp").name == kept
 
 
 @given(seed=st.integers(0, 2**32), lenient=st.booleans())
