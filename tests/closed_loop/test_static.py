@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from components.interfaces.buses import SolverStatus
 from fmus.version import Version
 from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
@@ -105,8 +106,17 @@ def test_the_mirrored_scenario_gives_the_mirrored_run(static):
         np.testing.assert_allclose(mirrored[column], flip * expected[column], rtol=0, atol=1e-7 * size, err_msg=column)
 
 
-def test_a_fallback_shows_in_the_status_and_the_run_goes_on():
-    made = prepare("static", Options(mode="blocks", settings=["controller.R_w=1e-2", "controller.m=1.0"]))
+@pytest.mark.parametrize(
+    ("settings", "status"),
+    [
+        (["controller.R_w=1e-2", "controller.m=1.0"], SolverStatus.iteration_limit),
+        (["controller.b_1=1e308"], SolverStatus.fallback),  # a cost that is no number
+    ],
+    ids=["iteration_limit", "fallback"],
+)
+def test_a_solve_that_fails_shows_in_the_status_and_the_run_goes_on(settings, status):
+    made = prepare("static", Options(mode="blocks", settings=settings))
     frame = simulate(made.system, h=made.h, until=0.5)
+    assert frame["controller.solver.status"].tolist() == [status] * 6
     assert np.isfinite(frame.to_numpy(float)).all()
     assert frame["controller.actuation.T_r"].between(-160, 200).all()

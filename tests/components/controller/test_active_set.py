@@ -197,6 +197,11 @@ def test_cold_starts_of_the_real_problem_reach_the_best_of_several_scipy_starts(
     z = ca.SX.sym("z", 2 * N_P)
     J = problem.cost(z)
     value_and_slope = ca.Function("J", [z, data], [J, ca.gradient(J, z)])
+    buffer, evaluate = value_and_slope.buffer()  # as plain memory: it is called tens of thousands of times
+    arguments, results = (np.zeros(2 * N_P), np.zeros(data.numel())), (np.zeros(1), np.zeros(2 * N_P))
+    for i in range(2):
+        buffer.set_arg(i, memoryview(arguments[i]))
+        buffer.set_res(i, memoryview(results[i]))
     reached, trials = 0, 100
     for _ in range(trials):
         problem = random_problem(mpc, vehicle, rng)
@@ -204,8 +209,9 @@ def test_cold_starts_of_the_real_problem_reach_the_best_of_several_scipy_starts(
         lower, upper = problem.bounds(N_P)
 
         def objective(z: Array, column: Array = column) -> tuple[float, Array]:
-            value, slope = value_and_slope(z, column)
-            return float(value), np.asarray(slope).ravel()
+            arguments[0][:], arguments[1][:] = z, column
+            evaluate()
+            return float(results[0][0]), results[1].copy()
 
         best = min(
             minimize(
