@@ -10,6 +10,7 @@ import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -119,8 +120,8 @@ class _Host:
 
     def _answered(self, request: Request) -> Answer:
         if self._unit is None:
-            if request.method == "make":
-                self._make(*request.arguments)
+            if request.method == "instantiate":
+                self._instantiate(*request.arguments)
             return Answer()
         unit = self._unit
         put_texts(self._inputs, request.texts)
@@ -134,7 +135,7 @@ class _Host:
         unit.messages.clear()
         return Answer(value, messages, texts(self._outputs))
 
-    def _make(self, name: str, path: Any, parameters: Mapping[str, Any], lenient: bool) -> None:  # noqa: FBT001
+    def _instantiate(self, name: str, path: Path, parameters: Mapping[str, Any], lenient: bool) -> None:  # noqa: FBT001
         self._unit = fmu_unit(name, open_fmu(path, parameters, lenient=lenient))
         interface = self._unit.interface
         memory = mmap.mmap(self._descriptor, size(interface))
@@ -152,8 +153,10 @@ class _Host:
             return unit.restore(self._saved[request.arguments[0]])
         if request.method == "forget":
             return unit.forget(self._saved.pop(request.arguments[0]))
-        call: Callable[..., Any] | None = getattr(unit, request.method, None)
-        return None if call is None else call(*request.arguments)
+        if request.method == "get":  # all that is wanted is what is shown
+            return None
+        call: Callable[..., Any] = getattr(unit, request.method)
+        return call(*request.arguments)
 
 
 def serve(pipe: int, descriptor: int) -> None:

@@ -15,7 +15,6 @@ import tempfile
 from collections.abc import Mapping
 from multiprocessing import Pipe
 from os import environ
-from pathlib import Path
 from typing import Any, Final
 
 from typing_extensions import override
@@ -68,8 +67,7 @@ class IsolatedUnit(Unit):
         self._mine: list[Mapping[Type, Column]] = [{}, {}]
         self._taken, self._shown = True, False
         try:
-            path = Path(archive.path).resolve()
-            self._ask(Request("make", (name, path, dict(parameters), lenient)), _STARTING)
+            self._ask(Request("instantiate", (name, archive.path, dict(parameters), lenient)), _STARTING)
         except BaseException:
             self.close()
             raise
@@ -120,7 +118,7 @@ class IsolatedUnit(Unit):
         return 0
 
     def _show(self) -> object:
-        status = 0 if self._shown else self._call("nothing", show=True)
+        status = 0 if self._shown else self._call("get", show=True)
         for kind, column in self._mine[1].items():
             column[:] = self._theirs[1][kind]
         return status or 0

@@ -1,4 +1,4 @@
-"""Checking a file before it is used: what it is, which rules it breaks, which socket it fits and what is missing."""
+"""Checking a file before it is used: what it is, which rules it breaks, whether it can be instantiated, what it fits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.archive import Archive
 from fmus.platform_names import binary_path
-from fmus.unit import Interface
+from fmus.unit import Interface, UnitError
 from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.reader import read_mapping
@@ -82,8 +82,11 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     if where is None:
         raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
     archive, broken = _opened(where)
+    refused = _refused(archive, lenient=bool(broken))
+    problems = (*broken, *refused)
     theirs = archive.interface
-    lines = [*_description(where, archive), *_breaches(archive, broken), "", *_variables(theirs), ""]
+    lines = [*_description(where, archive), *_breaches(archive, broken)]
+    lines += [f"  {'cannot' if refused else 'can'} be instantiated here", "", *_variables(theirs), ""]
     wanted = socket or (mapping.socket if mapping else None)
     fits = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in ([wanted] if wanted else SOCKETS)}
     if wanted is None:
@@ -92,11 +95,12 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
         if _share(fits[best]):
             lines += ["", *_rows(best, fits[best])]
             lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fits[best].problems else []
-        return Checked(tuple(lines), good=not broken, problems=broken)
+        return Checked(tuple(lines), good=not problems, problems=problems)
     lines += [f"socket {wanted}: {_verdict(fits[wanted])}", *_rows(wanted, fits[wanted])]
     if mapping is None and (out is not None or fits[wanted].needed):
         lines.append(_template(where, wanted, fits[wanted], theirs, out))
-    return Checked(tuple(lines), not broken and not fits[wanted].problems, (*broken, *fits[wanted].problems))
+    problems += tuple(fits[wanted].problems)
+    return Checked(tuple(lines), good=not problems, problems=problems)
 
 
 def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
@@ -105,6 +109,25 @@ def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
         return Fmu(path).archive, ()
     except RequestError as error:
         return Fmu(path, lenient=True).archive, error.problems
+
+
+def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
+    """What keeps the FMU from being instantiated: tried in a process of its own, as its library may bring that down."""
+    from fmus.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only an FMU needs it
+
+    where = str(archive.path)
+    try:
+        IsolatedUnit(where, archive, {}, lenient=lenient).close()
+    except RequestError as error:
+        return error.problems
+    except UnitError as fault:
+        said = "; ".join((fault.action, *fault.said))
+        return (
+            Problem(
+                where, f"an FMU that cannot be instantiated ({said})", "one that can", "Ask its maker for another."
+            ),
+        )
+    return ()
 
 
 def _template(path: Path, socket: str, found: Fitting, theirs: Interface, out: Path | None) -> str:

@@ -234,6 +234,7 @@ def check(
 ) -> None:
     """Say what a file is, which rules it breaks, which socket it fits and what is missing.
 
+    An FMU is also instantiated, in a process of its own, which shows what is wrong with its library.
     With `--socket` a mapping template is written too, if one is of use; a file that is there is never overwritten.
     Exit code 0: all well, and it fits the socket that was named, perhaps by conversions that are listed; 1: it breaks
     rules, cannot be used, or does not fit the socket; 2: the request was wrong.

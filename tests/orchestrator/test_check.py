@@ -15,7 +15,7 @@ from orchestrator.mapping.template import write_template
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
-from tests.fmus.foreign import copied, description2, entries, pack, scalar
+from tests.fmus.foreign import copied, description2, entries, library, pack, scalar
 from tests.orchestrator import foreign, ssps
 
 
@@ -29,7 +29,7 @@ def test_an_fmu_is_described(theirs, macrostep):
     code, out, err = macrostep("check", "theirs.fmu")
     assert (code, err) == (0, "")
     assert out.startswith("theirs.fmu: `right_handed`, FMI 2.0, Co-Simulation\n")
-    assert "  keeps the rules of FMI\n" in out
+    assert "  keeps the rules of FMI\n  can be instantiated here\n" in out
     assert "  car.south     output  Float64  mm            position across the road, to the right [mm]\n" in out
     assert "  plant       does not fit, 0 of 8 signals found\n" in out
     assert not list(theirs.parent.glob("*.toml"))
@@ -141,6 +141,28 @@ def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macroste
     assert "breaks rules of FMI, and runs with --lenient only" in out
     assert "  car.speed     output  Float64  knots" in out
     assert "`knots`" in err
+
+
+def test_a_library_is_tried_and_may_die_of_it(in_tmp_path, macrostep):
+    text = description2([scalar("y", 1, "output")], ['<Unknown index="1"/>'])
+    dies = library(in_tmp_path, Version.FMI2, "int fmi2Instantiate() { return *(volatile int *)8; }")
+    pack(in_tmp_path / "m.fmu", Version.FMI2, text, dies)
+    code, out, err = macrostep("check", "m.fmu")
+    assert code == 1
+    assert "  cannot be instantiated here\n" in out
+    assert err == (
+        "macrostep: m.fmu: found an FMU that cannot be instantiated (its process died in `instantiate` (SIGSEGV));"
+        " valid: one that can. Ask its maker for another.\n"
+    )
+
+
+def test_a_wrong_guid_is_told(theirs, macrostep):
+    text = entries(theirs)["modelDescription.xml"]
+    copied(theirs, theirs.with_name("odd.fmu"), {"modelDescription.xml": text.replace(b'guid="', b'guid="other-')})
+    code, out, err = macrostep("check", "odd.fmu")
+    assert code == 1
+    assert "  car.speed     output  Float64  km/h" in out
+    assert err.startswith("macrostep: odd.fmu: found a library that refuses to make an instance (")
 
 
 def test_an_ssp_is_listed(in_tmp_path, macrostep):
