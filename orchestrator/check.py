@@ -1,4 +1,4 @@
-"""Checking a file before it is used: what it is, which rules it breaks, whether it can be instantiated, what it fits."""
+"""Checking a file before it is used: what it is, which rules it breaks, whether it starts, and which socket it fits."""
 
 from __future__ import annotations
 
