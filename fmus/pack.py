@@ -1,4 +1,4 @@
-"""Writing an FMU: a ZIP archive whose bytes depend on its content only."""
+"""Writing FMUs and SSPs: ZIP archives whose bytes depend on their content only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BINARY_MODE = 0o100755
 _UNIX = 3
 
 
-def write_fmu(path: Path, content: Mapping[str, bytes]) -> None:
+def write_archive(path: Path, content: Mapping[str, bytes]) -> None:
     """Write the archive under its final name when it is complete, never before.
 
     Raises `RequestError` when the folder cannot be written to.
@@ -58,5 +58,5 @@ def _write(file: object, content: Mapping[str, bytes]) -> None:
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.create_system = _UNIX
             entry.external_attr = (_BINARY_MODE if name.startswith("binaries/") else _FILE_MODE) << 16
-            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
             archive.writestr(entry, content[name])

@@ -13,7 +13,7 @@ from components.interfaces.maths import Array
 from fmus.compiler import Compiler
 from fmus.content import Generated, content, generate
 from fmus.fingerprint import STAMP_PATH, Stamp
-from fmus.pack import write_fmu
+from fmus.pack import write_archive
 from fmus.sources import runtime_sources, runtime_units
 from fmus.version import Version
 
@@ -66,7 +66,7 @@ class Workshop:
         files = content(part.generated, version, library.read_bytes())
         if stamp is not None:
             files[STAMP_PATH] = stamp.to_bytes()
-        write_fmu(path, files)
+        write_archive(path, files)
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:

@@ -36,14 +36,14 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
+from fmus.pack import write_archive
 from orchestrator.connection import Connection
 from orchestrator.scenario import Scenario
-from orchestrator.schedule import Algorithm, schedule
-from orchestrator.ssp.writer import element_names, is_old, not_a_file
+from orchestrator.schedule import Algorithm, follows_inputs, schedule
+from orchestrator.ssp.writer import element_names, ends, is_old, not_a_file
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
 from orchestrator.system import Fmu, System
 
-_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 _JACOBI: Final = "Export it with --algorithm jacobi."
 
 
@@ -110,15 +110,9 @@ def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> It
         yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
     if not is_old(system) and (wire.output_element or wire.input_element):
         yield Problem(str(wire), "a single element of an array", "whole arrays in FMI 3.0", "Export it with --fmi 2.")
-    if algorithm is Algorithm.SEQUENTIAL and _follows(system, wire.source, wire.output):
+    if algorithm is Algorithm.SEQUENTIAL and follows_inputs(system.units[wire.source].interface, wire.output):
         found = "an output that follows its unit's inputs at the same instant"
         yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
-
-
-def _follows(system: System, unit: str, output: str) -> bool:
-    interface = system.units[unit].interface
-    row = [v.name for v in interface.outputs].index(output)
-    return interface.output_after_set and bool(interface.feedthrough[row].any())
 
 
 @contextmanager
@@ -147,18 +141,14 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
         _copy(cast(Fmu, system.units[name]), folder / f"{name}.fmu")
         made.get_fmu(f"{name}.fmu")
     for wire in system.connections:
-        starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
-        ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
-        starts = starts if wire.output_element is None else [starts[wire.output_element.at]]
-        ends = ends if wire.input_element is None else [ends[wire.input_element.at]]
-        for start, end in zip(starts, ends, strict=True):
+        for start, end in ends(system, wire, old=old):
             made.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
     for name, source in system.units.items():
         for variable in source.interface.outputs:
             for element in element_names(source, variable.name, "outputs", old=old):
                 made.add_output(f"{name}.fmu", element, f"{name}.{element}")
         _expose(made, system, name, "parameters", source.parameters)
-        _expose(made, system, name, "inputs", _held(system, name))
+        _expose(made, system, name, "inputs", system.held_by(name))
     return made
 
 
@@ -209,11 +199,7 @@ def _repack(made: Path, path: Path, scenario: Scenario) -> None:
     configuration = files["resources/container.txt"].decode()
     files["resources/container.txt"] = _whole_starts(configuration, scenario.system).encode()
     files["modelDescription.xml"] = _description(files, scenario)
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files):
-            info = zipfile.ZipInfo(name, _EPOCH)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(info, files[name])
+    write_archive(path, files)
 
 
 def _whole_starts(configuration: str, system: System) -> str:
@@ -226,13 +212,9 @@ def _whole_starts(configuration: str, system: System) -> str:
         elif unit and len(words := line.split()) == len(("reference", "size", "reset", "value")) and int(words[1]) > 1:
             source = cast(Fmu, system.units[unit])
             name = next(n for n, references in source.archive.references.items() if references == [int(words[0])])
-            values = {**source.parameters, **_held(system, unit)}[name]
+            values = {**source.parameters, **system.held_by(unit)}[name]
             lines[i] = " ".join([*words[:3], *(str(int(v)) for v in np.ravel(values))])
     return "\n".join(lines)
-
-
-def _held(system: System, unit: str) -> dict[str, Any]:
-    return {path.removeprefix(f"{unit}."): v for path, v in system.held.items() if path.startswith(f"{unit}.")}
 
 
 def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:

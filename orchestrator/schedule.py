@@ -100,11 +100,6 @@ def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, sol
     return _assembled(system, groups, loops, early, events)
 
 
-def sequential(system: System) -> Schedule:
-    """The schedule without hidden delay. Raises `RequestError` for an algebraic loop, shown as its chain."""
-    return schedule(system)
-
-
 def _assembled(
     system: System, groups: list[list[str]], loops: tuple[tuple[str, ...], ...], early: set[str], events: set[str]
 ) -> Schedule:
@@ -203,10 +198,12 @@ def _needs(system: System, early: set[str]) -> Needs:
 
 def _needed_now(system: System, wire: Connection, early: set[str]) -> bool:
     """Whether the source has to act at t_k before the output on this wire is known."""
-    interface = system.units[wire.source].interface
-    if wire.source in early:
-        return True
-    row = [v.name for v in interface.outputs].index(wire.output)
+    return wire.source in early or follows_inputs(system.units[wire.source].interface, wire.output)
+
+
+def follows_inputs(interface: Interface, output: str) -> bool:
+    """Whether an output changes with the inputs of a unit at one instant, without a step."""
+    row = [v.name for v in interface.outputs].index(output)
     return interface.output_after_set and bool(interface.feedthrough[row].any())
 
 
@@ -218,11 +215,10 @@ def _initial_order(system: System) -> tuple[str, ...]:
 
 def _groups(needs: Needs) -> list[list[str]]:
     """Units sorted so that each comes after the sources it needs; those that need each other are one group."""
-    remaining = {name: set(sources) for name, sources in needs.items()}
     reach = {name: _reachable(name, needs) for name in needs}
     group_of = {name: tuple(m for m in needs if m == name or (m in reach[name] and name in reach[m])) for name in needs}
     graph = {
-        group: {group_of[source] for name in group for source in remaining[name]} - {group}
+        group: {group_of[source] for name in group for source in needs[name]} - {group}
         for group in dict.fromkeys(group_of.values())
     }
     return [list(group) for group in TopologicalSorter(graph).static_order()]

@@ -144,6 +144,10 @@ class System:
             c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection)
         )
 
+    def held_by(self, unit: str) -> dict[str, Any]:
+        """The values that a unit's inputs are held at, by the name of the input."""
+        return {path.partition(".")[2]: v for path, v in self.held.items() if path.partition(".")[0] == unit}
+
     def variable(self, path: str, *, role: str = "outputs") -> Variable:
         """The input or output at a full signal path. Raises `KeyError`."""
         unit, _, name = path.partition(".")

@@ -9,7 +9,6 @@ applies one set by its name to the whole system.
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
@@ -23,6 +22,7 @@ from components.interfaces.conversion import IDENTITY, Linear, Transformation
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
+from fmus.pack import write_archive
 from fmus.ports import whole_name
 from fmus.version import Version
 from orchestrator.mapping.file import written
@@ -43,13 +43,12 @@ _CAUSALITIES: Final = {
     "parameters": ("parameter", "structuralParameter"),
     "initials": ("output", "local"),
 }
-_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
 
 
 def write(scenario: Scenario, path: Path) -> None:
     """Write a scenario's system with its FMUs and parameter values as one `.ssp` file; equal systems, equal bytes.
 
-    Raises `RequestError` for a unit that SSP cannot carry.
+    Raises `RequestError` for a unit that SSP cannot carry, and for a folder that cannot be written to.
     """
     files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
     for name, source in scenario.system.units.items():
@@ -59,11 +58,7 @@ def write(scenario: Scenario, path: Path) -> None:
         if isinstance(source, Mapped):
             file = Path(_resource(scenario.system, name, source.fmu)).name
             files[f"resources/{name}.toml"] = written(source.fitting.mapping, file).encode()
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files):
-            info = zipfile.ZipInfo(name, _EPOCH)
-            info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
-            archive.writestr(info, files[name])
+    write_archive(path, files)
 
 
 def not_a_file(unit: str, source: Source) -> Problem:
@@ -119,13 +114,7 @@ def _description(scenario: Scenario) -> Node:
 
 def _connection(parent: Node, system: System, wire: Connection, *, old: bool) -> None:
     """One connection, or one per element. A conversion is written in full: most tools convert no units themselves."""
-    starts = element_names(system.units[wire.source], wire.output, "outputs", old=old)
-    ends = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
-    if old and wire.output_element is not None:
-        starts = [starts[wire.output_element.at]]
-    if old and wire.input_element is not None:
-        ends = [ends[wire.input_element.at]]
-    for start, end in zip(starts, ends, strict=True):
+    for start, end in ends(system, wire, old=old):
         made = _wire(parent, wire, start, end)
         if not old:
             for side, element in (("start", wire.output_element), ("end", wire.input_element)):
@@ -136,9 +125,20 @@ def _connection(parent: Node, system: System, wire: Connection, *, old: bool) ->
             _transformation(made, wire.conversion, system.variable(f"{wire.unit}.{wire.input}", role="inputs").quantity)
 
 
+def ends(system: System, wire: Connection, *, old: bool) -> list[tuple[str, str]]:
+    """The names of what a connection connects, one pair for each element where FMI 2.0 flattens arrays."""
+    sources = element_names(system.units[wire.source], wire.output, "outputs", old=old)
+    targets = element_names(system.units[wire.unit], wire.input, "inputs", old=old)
+    if old and wire.output_element is not None:
+        sources = [sources[wire.output_element.at]]
+    if old and wire.input_element is not None:
+        targets = [targets[wire.input_element.at]]
+    return list(zip(sources, targets, strict=True))
+
+
 def _wire(parent: Node, wire: Connection, start: str, end: str) -> Node:
-    ends = {"startElement": wire.source, "startConnector": start, "endElement": wire.unit, "endConnector": end}
-    return add(parent, SSD, "Connection", **ends)
+    attributes = {"startElement": wire.source, "startConnector": start, "endElement": wire.unit, "endConnector": end}
+    return add(parent, SSD, "Connection", **attributes)
 
 
 def _transformation(parent: Node, transformation: Transformation, q: Quantity) -> None:
@@ -277,7 +277,7 @@ def _parameter_set(scenario: Scenario, name: str) -> Node:
     root.set("version", "1.0" if old else "2.0")
     root.set("name", scenario.name)
     parameters = add(root, SSV, "Parameters")
-    held = {path.removeprefix(f"{name}."): v for path, v in scenario.system.held.items() if path.startswith(f"{name}.")}
+    held = scenario.system.held_by(name)
     used: list[Quantity] = []
     for role, values in (("parameters", source.parameters), ("initials", source.parameters), ("inputs", held)):
         for variable in (v for v in getattr(source.interface, role) if v.name in values):

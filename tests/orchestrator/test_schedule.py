@@ -11,14 +11,14 @@ import pytest
 from components.interfaces.problem import RequestError
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
-from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule, sequential
+from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule
 from orchestrator.system import InProcess, System, block_source
 from tests.orchestrator.blocks import Gain, Held, Sum, system
 
 
 def test_the_controller_acts_at_once_and_the_plant_shows_its_tyres_with_the_new_actuation():
-    schedule = sequential(prepare("static", Options(mode="blocks")).system)
-    assert str(schedule) == (
+    made = schedule(prepare("static", Options(mode="blocks")).system)
+    assert str(made) == (
         "set controller; step controller; get controller; set plant; get plant;"
         " set traffic; step traffic; step plant; get traffic; get plant"
     )
@@ -58,7 +58,7 @@ def test_jacobi_shows_a_controller_one_step_late():
 
 def test_without_event_mode_clocked_is_sequential():
     made = prepare("static", Options(mode="blocks")).system
-    assert str(schedule(made, Algorithm.CLOCKED)) == str(sequential(made))
+    assert str(schedule(made, Algorithm.CLOCKED)) == str(schedule(made))
 
 
 def test_an_unknown_algorithm_is_refused_with_those_there_are():
@@ -70,7 +70,7 @@ def test_an_unknown_algorithm_is_refused_with_those_there_are():
 def test_an_algebraic_loop_is_shown_as_its_chain():
     units = {"p": Gain(k=1.0), "q": Held(), "s": Sum()}
     with pytest.raises(RequestError) as error:
-        sequential(system(units, {"p.a": "q.b", "q.a": "p.b", "s.a": "p.b"}))
+        schedule(system(units, {"p.a": "q.b", "q.a": "p.b", "s.a": "p.b"}))
     text = str(error.value)
     assert text.startswith("algebraic loop: found ")
     assert "p.b.value -> q.a.value" in text
@@ -84,7 +84,7 @@ def test_an_algebraic_loop_is_shown_as_its_chain():
 
 def test_a_unit_fed_by_itself_is_a_loop():
     with pytest.raises(RequestError, match="algebraic loop: found g.b.value -> g.a.value"):
-        sequential(system({"g": Gain(k=1.0)}, {"g.a": "g.b"}))
+        schedule(system({"g": Gain(k=1.0)}, {"g.a": "g.b"}))
 
 
 def test_a_loop_through_a_state_is_none():
