@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import choices, did_you_mean, refuse
-from components.interfaces.quantity import Type
 from fmus.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
@@ -257,6 +256,3 @@ def _ticks(h: float, until: float) -> int:
     if abs(ticks * h - until) > 1e-9 * max(1.0, until):
         raise refuse("stop time", f"{until:g} s", f"a whole number of steps of {h:g} s", f"Try {ticks * h:g} s.")
     return ticks
-
-
-__all__ = ["Simulation", "SimulationError", "Tick", "Type", "simulate"]

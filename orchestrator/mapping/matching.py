@@ -13,13 +13,12 @@ Arrays may be spread over elements or structures: `obstacles[3].x`, `obstacle_3_
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH
-from fmus.adaptation import Place
 
 _INDEX: Final = re.compile(r"[\[(](\d+)[\])]|(?<=[A-Za-z])_?(\d+)(?=[._]|$)")
 _ALIASES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -82,17 +81,8 @@ def match(
     return found, doubtful
 
 
-def places(variables: Iterable[Variable], size: int) -> tuple[Place, ...]:
-    """The elements of variables one after the other, at most `size`."""
-    return tuple((v.name, i) for v in variables for i in range(v.size))[: size or None]
-
-
-def candidates_of(offered: Sequence[Variable]) -> list[Candidate]:
-    """Every variable, and every group of variables that differ in one index."""
-    return list(_candidates(offered))
-
-
 def _candidates(offered: Sequence[Variable]) -> Iterator[Candidate]:
+    """Every variable, and every group of variables that differ in one index."""
     groups: dict[str, dict[int, Variable]] = {}
     for variable in offered:
         yield Candidate(variable.name, Match((variable,)), variable.shape)
