@@ -203,7 +203,7 @@ def test_the_fmu_state_has_the_tick_and_the_sample_read_in_it(
     assert tick_by_tick(other, real, range(begin, 15)).tobytes() == first[(begin - 7) * row :]
 
 
-def test_reset_forgets_the_clock(ticking: FmuDriver, real: Run) -> None:
+def test_reset_forgets_the_clock(ticking: FmuDriver) -> None:
     set_up = [ticking.take()]
     ticking.tick()
     ticking.fmu.reset()

@@ -26,6 +26,7 @@ from tests.fmus.foreign import copied, entries, kept_folder
 DEG = 57.29577951308232
 L_R, RATIO = 1.05, 16.0
 CAR = default_values(Bicycle)
+START = VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=0.0, r=0.0)
 UNIT_BASES = {
     "km/h": {"m": "1", "s": "-1", "factor": repr(1 / 3.6)},
     "deg": {"rad": "1", "factor": repr(1 / DEG)},
@@ -94,7 +95,7 @@ class RightHanded(Block[RightHandedBus, VehicleState, RightHandedShown]):
 
     def start(self) -> VehicleState:
         """Ten metres per second along the road."""
-        return VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=0.0, r=0.0)
+        return START
 
     def output(self, x: VehicleState, u: RightHandedBus) -> RightHandedShown:
         """As its maker shows it."""
@@ -165,7 +166,7 @@ class RateCar(Block[RateBus, RateState, RateShown]):
 
     def start(self) -> RateState:
         """Ten metres per second along the road."""
-        return RateState(body=VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=0.0, r=0.0), delta=0.0)
+        return RateState(body=START, delta=0.0)
 
     def output(self, x: RateState, u: RateBus) -> RateShown:
         """As its maker shows it."""

@@ -128,6 +128,11 @@ def wire(start: str, end: str, inside: str = "", attributes: str = "") -> str:
     return f"<ssd:Connection {' '.join(ends)} {attributes}>{inside}</ssd:Connection>\n"
 
 
+def linear(factor: float, offset: float = 0) -> str:
+    """A linear transformation, inside a connection or an entry of a mapping."""
+    return f'<ssc:LinearTransformation factor="{factor}" offset="{offset}"/>'
+
+
 def system(name: str, elements: str, wires: str = "", before: str = "") -> str:
     """A nested system."""
     return f'<ssd:System name="{name}">\n{before}{body(elements, wires)}</ssd:System>\n'

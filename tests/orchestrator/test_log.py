@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,61 +14,68 @@ from orchestrator import log
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
 
-STATIC = prepare("static", Options(mode="blocks", stop_time=2.0))
+
+@cache
+def static():
+    return prepare("static", Options(mode="blocks", stop_time=2.0))
 
 
 def simulated(choice=log.EVERYTHING):
-    with Simulation(STATIC.system, h=STATIC.h, until=STATIC.until, record=choice) as simulation:
+    made = static()
+    with Simulation(made.system, h=made.h, until=made.until, record=choice) as simulation:
         simulation.run()
         return simulation
 
 
-WHOLE = simulated().frame()
+@pytest.fixture(scope="module")
+def whole():
+    """All rows of all signals."""
+    return simulated().frame()
 
 
-def test_without_a_choice_everything_is_kept_at_every_tick():
-    assert len(WHOLE) == 21
-    assert {"plant.state.x", "traffic.obstacles.valid[8]", "controller.solver.status"} <= set(WHOLE)
-    assert WHOLE["traffic.obstacles.valid[1]"].dtype == np.bool_
-    assert WHOLE["controller.solver.status"].dtype == np.int64
+def test_without_a_choice_everything_is_kept_at_every_tick(whole):
+    assert len(whole) == 21
+    assert {"plant.state.x", "traffic.obstacles.valid[8]", "controller.solver.status"} <= set(whole)
+    assert whole["traffic.obstacles.valid[1]"].dtype == np.bool_
+    assert whole["controller.solver.status"].dtype == np.int64
 
 
-def test_what_no_pattern_fits_is_not_kept():
+def test_what_no_pattern_fits_is_not_kept(whole):
     frame = simulated({"plant.state.*": 1, "controller.actuation.delta_f": 1}).frame()
     expected = ["time", *(f"plant.state.{s}" for s in ("x", "y", "psi", "v_x", "v_y", "r"))]
     assert list(frame) == [*expected, "controller.actuation.delta_f"]
-    assert frame.equals(WHOLE[list(frame)])
+    assert frame.equals(whole[list(frame)])
 
 
-def test_places_that_do_not_lie_side_by_side_are_picked():
+def test_places_that_do_not_lie_side_by_side_are_picked(whole):
     names = ["plant.state.y", "plant.state.r", "traffic.obstacles.id", "controller.solver.iterations"]
     frame = simulated(dict.fromkeys(names, 1)).frame()
-    assert frame.equals(WHOLE[list(frame)])
+    assert frame.equals(whole[list(frame)])
     assert len(frame.columns) == 1 + 2 + 8 + 1
 
 
-def test_the_last_pattern_that_fits_counts_and_0_is_never():
+def test_the_last_pattern_that_fits_counts_and_0_is_never(whole):
     frame = simulated({"*": 1, "controller.*": 0, "controller.solver.*": 1}).frame()
     assert {name.rpartition(".")[0] for name in frame if name.startswith("controller")} == {"controller.solver"}
-    assert frame.equals(WHOLE[list(frame)])
+    assert frame.equals(whole[list(frame)])
 
 
-def test_signals_that_are_kept_more_rarely_are_empty_in_between():
+def test_signals_that_are_kept_more_rarely_are_empty_in_between(whole):
     frame = simulated({"plant.state.*": 1, "controller.*": 5}).frame()
-    assert frame["plant.state.x"].equals(WHOLE["plant.state.x"])
+    assert frame["plant.state.x"].equals(whole["plant.state.x"])
     status = frame["controller.solver.status"]
     assert status.notna().tolist() == [k % 5 == 0 for k in range(21)]
-    assert status[::5].tolist() == WHOLE["controller.solver.status"][::5].tolist()
+    assert status[::5].tolist() == whole["controller.solver.status"][::5].tolist()
 
 
-def test_rows_are_those_ticks_at_which_something_was_kept():
+def test_rows_are_those_ticks_at_which_something_was_kept(whole):
     frame = simulated({"plant.state.*": 4, "controller.*": 6}).frame()
     assert np.rint(frame["time"] / 0.1).tolist() == [0, 4, 6, 8, 12, 16, 18, 20]
-    assert frame["plant.state.x"].dropna().tolist() == WHOLE["plant.state.x"][::4].tolist()
+    assert frame["plant.state.x"].dropna().tolist() == whole["plant.state.x"][::4].tolist()
 
 
-def test_a_run_that_records_nothing_still_has_its_ticks():
-    assert simulated({"*": 0}).frame().equals(WHOLE[["time"]])
+def test_a_run_that_records_nothing_still_has_its_ticks(whole):
+    assert simulated({"*": 0}).frame().equals(whole[["time"]])
 
 
 def test_a_pattern_that_fits_nothing_is_refused():

@@ -19,7 +19,7 @@ gains = st.floats(-5, 5)
 
 
 @given(k=gains, d=gains, k_2=gains, d_2=gains)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_two_units_that_show_at_once_agree(k, d, k_2, d_2):
     """Against the solution of the two linear equations; the gain of the loop may be far above 1."""
     assume(abs(1 - k * k_2) > 0.1)

@@ -21,7 +21,7 @@ def run(steps, ticks, algorithm="sequential"):
 
 
 @given(n=st.integers(1, 4), m=st.integers(1, 4), ticks=st.integers(0, 12))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_multiple_acts_at_its_own_ticks_and_holds_in_between(n, m, ticks):
     """By hand: h samples every n-th tick, s adds every m-th what h showed when its step began."""
     s, h, total, count, begun = [], [], 1.0, 0, 0.0
@@ -39,7 +39,7 @@ def test_a_multiple_acts_at_its_own_ticks_and_holds_in_between(n, m, ticks):
 
 
 @given(parts=st.integers(1, 5), ticks=st.integers(0, 5))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_a_part_steps_several_times_with_its_inputs_held(parts, ticks):
     s, h, total = [], [], 1.0
     for k in range(ticks + 1):

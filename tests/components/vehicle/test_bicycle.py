@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
-from components.interfaces.buses import Actuation, VehicleState
+from components.interfaces.buses import VehicleState
 from components.interfaces.record import pack, unpack
-from components.interfaces.sockets import PlantInputs
-
-M, I_Z, L_F, L_R, C, R_W, MU, G = 2000.0, 1300.0, 1.2, 1.05, 12000.0, 0.3, 0.5, 9.81  # Table 1, and RESOLUTIONS 6
+from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven
 
 moving = st.builds(
     VehicleState,
@@ -31,10 +29,6 @@ torque = st.floats(-160, 200)
 @pytest.fixture(scope="module")
 def bicycle(make):
     return make("bicycle")
-
-
-def driven(delta_f: float = 0.0, T_r: float = 0.0) -> PlantInputs:
-    return PlantInputs(actuation=Actuation(delta_f=delta_f, T_r=T_r))
 
 
 def newton(state: VehicleState, delta_f: float, T_r: float) -> tuple[complex, float]:

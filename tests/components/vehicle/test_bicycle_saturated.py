@@ -10,9 +10,8 @@ from scipy.integrate import solve_ivp
 
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.record import pack
-from components.interfaces.sockets import PlantInputs
+from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven
 
-M, I_Z, L_F, L_R, C, R_W, MU, G = 2000.0, 1300.0, 1.2, 1.05, 12000.0, 0.3, 0.5, 9.81
 LIMIT_F, LIMIT_R = (MU * M * G * lever / (L_F + L_R) / 2 for lever in (L_R, L_F))  # lever rule, one tyre
 
 moving = st.builds(
@@ -35,10 +34,6 @@ def saturated(make):
 @pytest.fixture(scope="module")
 def linear(make):
     return make("bicycle")
-
-
-def driven(delta_f: float = 0.0, T_r: float = 0.0) -> PlantInputs:
-    return PlantInputs(actuation=Actuation(delta_f=delta_f, T_r=T_r))
 
 
 def test_one_point_of_the_tyre_by_hand(saturated, vehicle):

@@ -8,19 +8,15 @@ import sys
 import numpy as np
 import pytest
 
-from components.interfaces.buses import Actuation
 from components.interfaces.record import pack
 from components.interfaces.sockets import PlantInputs
 from components.vehicle import commonroad
 from components.vehicle.commonroad import installed
 from fmus.lower import lower
+from tests.components.vehicle.paper_car import driven
 
 NAMES = ["commonroad_st", "commonroad_mb"]
 MASS, R_W = 1093.2952334674046, 0.344  # parameter set 2
-
-
-def driven(delta_f: float = 0.0, T_r: float = 0.0) -> PlantInputs:
-    return PlantInputs(actuation=Actuation(delta_f=delta_f, T_r=T_r))
 
 
 def after(vehicle, seconds: float, u: PlantInputs, x=None):

@@ -163,7 +163,7 @@ def test_a_signal_can_be_written_and_released_while_a_mapping_is_in_between(tmp_
         assert simulation.read("plant.y.delta") == pytest.approx(asked.iloc[-2], abs=1e-12)
 
 
-def test_a_mapped_fmu_in_a_system_of_ones_own(tmp_path, built_fmus):
+def test_an_fmu_in_a_system_of_ones_own_is_mapped_where_it_has_to_be(built_fmus):
     theirs = Fmu(built_fmus / "fmi2" / "bicycle.fmu")
     assert mapped("plant", PLANT, theirs) is theirs
     with pytest.raises(RequestError, match="car: ramp_traffic.fmu: found no variable for actuation.delta_f"):

@@ -15,7 +15,19 @@ from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.conversion import joined
 from orchestrator.ssp.types import Declared, Step
 from orchestrator.system import Fmu, System
-from tests.orchestrator.ssps import binding, bindings, body, component, connectors, echo, system, values, wire, write
+from tests.orchestrator.ssps import (
+    binding,
+    bindings,
+    body,
+    component,
+    connectors,
+    echo,
+    linear,
+    system,
+    values,
+    wire,
+    write,
+)
 
 
 def enumeration(name, *items):
@@ -65,10 +77,6 @@ def giver(fmu, value, unit=""):
 def taker(fmu, unit=""):
     unit = f":{unit}" if unit else ""
     return component("b", f"{fmu}.fmu", connectors(f"u:input{unit}", f"y_u:output{unit}"))
-
-
-def linear(factor, offset=0):
-    return f'<ssc:LinearTransformation factor="{factor}" offset="{offset}"/>'
 
 
 def settled(path, name="b.y_u"):

@@ -16,6 +16,7 @@ from tests.orchestrator.ssps import (
     component,
     connectors,
     echo,
+    linear,
     system,
     values,
     vectors,
@@ -66,10 +67,6 @@ def mapping(*entries, source=""):
     if source:
         return f'<ssd:ParameterMapping source="{source}"/>', text
     return f"<ssd:ParameterMapping>{text}</ssd:ParameterMapping>"
-
-
-def linear(factor, offset=0):
-    return f'<ssc:LinearTransformation factor="{factor}" offset="{offset}"/>'
 
 
 def test_values_of_every_type_reach_a_component_inline_and_from_a_file(many, tmp_path):
