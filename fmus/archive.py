@@ -87,13 +87,10 @@ def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, le
         files=known,
         root=read_one.root,
     )
-    remarks = [*archive.remarks]
-    if archive.kind.needsExecutionTool:
-        remarks.append("needs the tool that made it to be installed")
-    identifier = archive.kind.modelIdentifier
-    if told := binary_remark(archive.root, archive.version, identifier, known, where):
-        remarks.append(told)
-    return replace(archive, remarks=tuple(remarks))
+    needs = ["needs the tool that made it to be installed"] if archive.kind.needsExecutionTool else []
+    if told := binary_remark(archive):
+        needs.append(told)
+    return replace(archive, remarks=(*archive.remarks, *needs))
 
 
 def _ports(description: Description, values: Mapping[str, Any], where: str) -> list[Port]:

@@ -23,29 +23,36 @@ if TYPE_CHECKING:
 _LISTED = 5
 
 
-def binary_remark(root: Any, version: Version, identifier: str, names: frozenset[str], where: str) -> str | None:
+def binary_remark(archive: Archive) -> str | None:
     """What is to be said of the library before it is loaded. Raises `RequestError` when there can be none."""
-    if _binary(version, identifier, names):
+    if binary(archive):
         return None
-    if has_sources(root, version, names, identifier):
+    identifier = archive.kind.modelIdentifier
+    if has_sources(archive.root, archive.version, archive.files, identifier):
         return f"no binary for {platform_tuple()}; compiled here from the sources inside"
-    folders = {n.split("/")[1] for n in names if n.startswith("binaries/") and n.count("/") > 1}
-    found = f"no binary for {platform_tuple()} ({binary_path(version, identifier)}), and no sources to compile"
+    found = f"no binary for {platform_tuple()} ({binary_path(archive.version, identifier)}), and no sources to compile"
     valid = "a binary for this platform, or the sources inside"
+    folders = platforms(archive)
     remedy = f"It has binaries for {choices(folders)}." if folders else "Compile the FMU for this platform."
-    raise refuse(where, found, valid, remedy)
+    raise refuse(str(archive.path), found, valid, remedy)
 
 
-def _binary(version: Version, identifier: str, names: frozenset[str]) -> str | None:
-    """The file in the FMU that is the library; some FMI 2.0 files use the platform names of FMI 3.0."""
-    paths = [binary_path(version, identifier), binary_path(Version.FMI3, identifier)]
-    return next((path for path in paths if path in names), None)
+def binary(archive: Archive) -> str | None:
+    """The file in the FMU that is its library here; some FMI 2.0 files use the platform names of FMI 3.0."""
+    identifier = archive.kind.modelIdentifier
+    paths = [binary_path(archive.version, identifier), binary_path(Version.FMI3, identifier)]
+    return next((path for path in paths if path in archive.files), None)
+
+
+def platforms(archive: Archive) -> list[str]:
+    """The platforms that the FMU has binaries for, by the names of their folders."""
+    return sorted({n.split("/")[1] for n in archive.files if n.startswith("binaries/") and n.count("/") > 1})
 
 
 def loaded(kind: Any, archive: Archive, folder: Path, name: str) -> Any:
     """FMPy's object for the FMU that is unpacked in `folder`. Raises `RequestError` when its library is of no use."""
     identifier = archive.kind.modelIdentifier
-    found = _binary(archive.version, identifier, archive.files)
+    found = binary(archive)
     place = folder / binary_path(archive.version, identifier)
     if found is None:
         compiled(archive.root, archive.version, identifier, archive.path, folder)

@@ -11,7 +11,8 @@ from components.interfaces.problem import Problem, RequestError, choices, did_yo
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.archive import Archive
-from fmus.platform_names import binary_path
+from fmus.library import binary, platforms
+from fmus.platform_names import platform_tuple
 from fmus.unit import Interface, UnitError
 from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit
@@ -148,13 +149,9 @@ def _description(path: Path, archive: Archive) -> Iterator[str]:
     yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {' and '.join(interfaces)}"
     if d.description:
         yield f"  {d.description}"
-    platforms = sorted(
-        {name.split("/")[1] for name in archive.files if name.startswith("binaries/") and name.count("/") > 1}
-    )
-    here = binary_path(archive.version, "").split("/")[1]
-    suffix = "" if here in platforms else f"; none for this machine ({here})"
+    suffix = "" if binary(archive) else f"; none for this machine ({platform_tuple()})"
     sources = ", with sources" if any(name.startswith("sources/") for name in archive.files) else ""
-    yield f"  runs on {', '.join(platforms) or 'no platform'}{suffix}{sources}"
+    yield f"  runs on {', '.join(platforms(archive)) or 'no platform'}{suffix}{sources}"
     if d.generationTool:
         yield f"  made by {d.generationTool}{f', {d.generationDateAndTime}' if d.generationDateAndTime else ''}"
     can = {"rolls back": archive.interface.rolls_back, "has event mode": archive.interface.event_mode}
