@@ -76,6 +76,7 @@ class Recording:
             name=scenario.name,
             h=scenario.h,
             about=self._request.about,
+            recorded=[[name for name, _, _ in group] for group in self._request.elements],
             recording_id=self._request.recording_id,
         )
 

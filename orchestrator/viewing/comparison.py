@@ -4,34 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from orchestrator.log import paces
 from orchestrator.viewing import pages, palette, rerun_stream, screen
 from orchestrator.viewing.kept_run import KeptRun, rows
 from orchestrator.viewing.run_picture import RunPicture
 from orchestrator.viewing.shapes import Page, SeriesStyle, Shape, Style, Values, entity
 
 Rows = Mapping[str, NDArray[Any]]
+Batch: TypeAlias = tuple[NDArray[np.int64], float, Iterator[Shape | Style]]
+"""Ticks, macro step [s] and shapes"""
 
 
 def rebuild(run: KeptRun, path: Path) -> None:
     """Write the recording of a run anew, from the rows it kept."""
-    columns, scenario = rows(run, path.parent, lambda _: None), run.scenario
-    picture = RunPicture(scenario.system, scenario.scene, timed=False)
+    scenario, groups = run.scenario, _groups(run, rows(run, path.parent, lambda _: None))
+    picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
-    batch = _ticks(columns, scenario.h), scenario.h, picture.shapes(columns, None)
-    rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], [batch])
+    batches = _batches(picture, groups, scenario.h)
+    rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
 
 
 def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequence[str], path: Path) -> None:
     """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
     names = _names(runs)
+    groups = [_groups(run, table) for run, table in zip(runs, tables, strict=True)]
     pictures = [
-        RunPicture(run.scenario.system, run.scenario.scene, name, i, timed=False)
+        RunPicture(run.scenario.system, run.scenario.scene, name, i, timed=False, recorded=groups[i])
         for i, (run, name) in enumerate(zip(runs, names, strict=True))
     ]
     chosen = list(differences) or _usual(pictures, tables)
@@ -47,10 +51,10 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
         for i, name in enumerate(names)
         if i
     ]
-    batches: list[tuple[NDArray[np.int64], float, Iterator[Shape | Style]]] = []
+    batches: list[Batch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
         h = run.scenario.h
-        batches.append((_ticks(table, h), h, pictures[i].shapes(table, None)))
+        batches += _batches(pictures[i], groups[i], h)
         if i:
             batches.append((_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
     rerun_stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
@@ -73,7 +77,7 @@ def _differences(name: str, columns: Sequence[str], first: Rows, other: Rows) ->
 def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Series:
     units = {c: s.variable.quantity.unit for s in picture.signals for c in s.columns}
     contents = [entity("difference", name, column) for name in names[1:]]
-    return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents, legend=True)
+    return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents)
 
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[Rows]) -> list[str]:
@@ -95,6 +99,20 @@ def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[R
 
 _LISTED = 20
 """signals; more are not read by anybody"""
+
+
+def _groups(run: KeptRun, table: Rows) -> list[Rows]:
+    """The rows as they were recorded: the columns that come at the same ticks, without the ticks in between."""
+    pace, ticks = paces(run.scenario.system, run.scenario.record), _ticks(table, run.scenario.h)
+    found: list[Rows] = []
+    for every in sorted({pace.get(column, 0) for column in table} - {0}):
+        at = ticks % every == 0
+        found.append({name: table[name][at] for name in table if name == "time" or pace.get(name) == every})
+    return found
+
+
+def _batches(picture: RunPicture, groups: Sequence[Rows], h: float) -> list[Batch]:
+    return [(_ticks(rows, h), h, picture.shapes(rows, None)) for rows in groups]
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:

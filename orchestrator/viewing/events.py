@@ -17,7 +17,7 @@ from components.interfaces.buses import SolverStatus
 from orchestrator import geometry
 from orchestrator.scene import Scene
 from orchestrator.viewing.layout import Limit
-from orchestrator.viewing.pictures import Boxes, Cast, Columns
+from orchestrator.viewing.pictures import PATH, POSE, Boxes, Cast, Columns, Recorded
 from orchestrator.viewing.shapes import Array, Memory
 
 PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back")
@@ -27,6 +27,7 @@ _PHASE_EVENTS: Final = {
     3: "return begun",
     0: "return finished",
 }
+_STATUS: Final = ("solver", "status")
 _MOVED: Final = 1.0
 """[m] A lane change that moves by more is planned anew"""
 _PAUSE: Final = 1.0
@@ -52,12 +53,21 @@ def phases(columns: Columns, who: Cast) -> NDArray[np.int64] | None:
     The changes begin at P1 and P8 and end at P7 and P11 of the path as the controller saw it at the same instant; a
     path whose P7 lies in the own lane has none.
     """
-    ego, path = columns.bus(who.plant, "state", "x"), columns.bus(who.controller, "path", "x", "y")
+    ego, path = columns.bus(who.plant, "state", "x"), columns.bus(who.controller, *PATH)
     if ego is None or path is None:
         return None
     x, y = path
     reached = (ego[0][:, None] >= x[:, [1, 7, 8, 11]]).sum(axis=1) % 4
     return np.where(np.abs(y[:, 7] - y[:, 1]) > 0.1, reached, 0).astype(np.int64)  # noqa: PLR2004 - [m]
+
+
+def are_known(recorded: Recorded, who: Cast, scene: Scene | None, limits: list[Limit]) -> bool:
+    """Whether there is anything recorded that events are read from."""
+    if scene is not None and recorded.bus(who.plant, *POSE):
+        return True
+    if recorded.bus(who.controller, *PATH) or recorded.bus(who.controller, *_STATUS):
+        return True
+    return any(limit.binds for limit in limits)
 
 
 class Log:
@@ -91,7 +101,7 @@ class Log:
             yield Event(int(row), f"{_PHASE_EVENTS[int(phase[row])]} at x = {ego[0][row]:.1f} m")
 
     def _replanned(self, columns: Columns) -> Iterator[Event]:
-        path = columns.bus(self._who.controller, "path", "x", "y")
+        path = columns.bus(self._who.controller, *PATH)
         if path is None:
             return
         x, y = path
@@ -109,7 +119,7 @@ class Log:
             self._plan, self._told = plans[row], float(columns.time[row])
 
     def _solver(self, columns: Columns) -> Iterator[Event]:
-        found = columns.bus(self._who.controller, "solver", "status")
+        found = columns.bus(self._who.controller, *_STATUS)
         if found is None:
             return
         for status, text, level in (
@@ -127,7 +137,7 @@ class Log:
                 yield Event(int(row), _limit_text(limit), "WARN")
 
     def _near(self, columns: Columns, boxes: Boxes) -> Iterator[Event]:
-        ego = columns.bus(self._who.plant, "state", "x", "y", "psi")
+        ego = columns.bus(self._who.plant, *POSE)
         if ego is None or self._scene is None:
             return
         x, y, psi = (values[boxes.row] for values in ego)
@@ -146,7 +156,7 @@ class Log:
             yield Event(int(row), f"contact with {told(row)}", "ERROR")
 
     def _edge(self, columns: Columns) -> Iterator[Event]:
-        ego = columns.bus(self._who.plant, "state", "x", "y", "psi")
+        ego = columns.bus(self._who.plant, *POSE)
         if ego is None or self._scene is None:
             return
         size = np.tile([self._scene.ego_length, self._scene.ego_width], (len(ego[0]), 1))

@@ -16,11 +16,13 @@ import numpy as np
 from orchestrator.system import System
 from orchestrator.viewing import palette
 from orchestrator.viewing.layout import parameter_values
-from orchestrator.viewing.pictures import Cast, Columns
+from orchestrator.viewing.pictures import Cast, Columns, Recorded
 from orchestrator.viewing.shapes import Array, Colour, Lines, LineStyle, Points, PointStyle, Shape, Still, Style, entity
 
 APART: Final = 1.5
 """Half of the distance between the middles of the two circles, in shares of the limit"""
+
+_TYRE: Final = ("tyre", "mu_f", "mu_r", "F_cf", "F_cr")
 
 _TINY: Final = 1e-6
 """Share of the limit that counts as rounding"""
@@ -39,7 +41,7 @@ def limits(parameters: Mapping[str, Any]) -> tuple[float, float] | None:
 
 def shares(columns: Columns, who: Cast, most: tuple[float, float] | None) -> Array | None:
     """Use of the limit (n, 2 axles, 2): along the vehicle (driving positive) and across (left positive)."""
-    found = columns.bus(who.plant, "tyre", "mu_f", "mu_r", "F_cf", "F_cr")
+    found = columns.bus(who.plant, *_TYRE)
     if found is None:
         return None
     whole, force = np.stack(found[:2], axis=1), np.stack(found[2:], axis=1)
@@ -52,12 +54,9 @@ def shares(columns: Columns, who: Cast, most: tuple[float, float] | None) -> Arr
     return np.stack([np.where(backwards[:, None], -along, along), across], axis=-1)
 
 
-def is_known(system: System, who: Cast) -> bool:
-    """Whether the plant tells its use of friction and its forces."""
-    if who.plant is None:
-        return False
-    known = {v.name for v in system.units[who.plant].interface.outputs}
-    return {"tyre.mu_f", "tyre.mu_r", "tyre.F_cf", "tyre.F_cr"} <= known
+def is_known(recorded: Recorded, who: Cast) -> bool:
+    """Whether the plant's use of friction and its forces are recorded."""
+    return recorded.bus(who.plant, *_TYRE)
 
 
 def styles(run: str, colour: Colour) -> Iterator[Style]:

@@ -119,6 +119,8 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
 def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[str, Any]:
     """All rows of a run by column, from `signals.parquet`, or from its recording where that is missing.
 
+    Where a signal was not recorded at a tick its number is NaN.
+
     Raises `RequestError`.
     """
     if run.has_rows and run.folder is not None:
@@ -139,9 +141,11 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
     ticks = np.unique(np.concatenate([found for found, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))
     columns: dict[str, Any] = {"time": ticks * run.scenario.h}
     for signal in run.signals:
-        found = series.get(signal.entity)
-        if found is not None and np.array_equal(found[0], ticks):
-            columns |= dict(zip(signal.columns, found[1].T, strict=True))
+        if signal.entity in series:
+            own, values = series[signal.entity]
+            whole = np.full((len(ticks), values.shape[1]), np.nan)
+            whole[np.isin(ticks, own)] = values
+            columns |= dict(zip(signal.columns, whole.T, strict=True))
     return columns
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from orchestrator.system import System
-from orchestrator.viewing.pictures import cast, signals
+from orchestrator.viewing.pictures import Signal, cast
 
 QUESTIONS: Final = (
     DID := "What did it do?",
@@ -51,10 +51,10 @@ class Plot:
         ]
 
 
-def limits(system: System) -> list[Limit]:
-    """The limits and desired values that the controller's parameters give, and the friction limit."""
+def limits(system: System, signals: Sequence[Signal]) -> list[Limit]:
+    """The limits of `signals` and their desired values, as the controller's parameters give them; 1 for friction."""
     who = cast(system)
-    given, known = parameter_values(system, who.controller), {s.path for s in signals(system)}
+    given, known = parameter_values(system, who.controller), {s.path for s in signals}
     wanted = [
         (f"{who.controller}.actuation.delta_f", "delta_max", "rad", 1),
         (f"{who.controller}.actuation.delta_f", "delta_max", "rad", -1),
@@ -73,8 +73,8 @@ def limits(system: System) -> list[Limit]:
     return found
 
 
-def questions(system: System) -> dict[str, list[Plot]]:
-    """The plots that answer each of `QUESTIONS`; what the system does not have is left out."""
+def questions(system: System, signals: Sequence[Signal]) -> dict[str, list[Plot]]:
+    """The plots of `signals` that answer each of `QUESTIONS`; what they do not hold is left out."""
     who = cast(system)
     wanted = {
         DID: [
@@ -85,10 +85,10 @@ def questions(system: System) -> dict[str, list[Plot]]:
             ("Yaw rate r", who.plant, "state.r"),
             ("Acceleration", who.plant, "motion.a_x", "motion.a_y"),
         ],
-        HARD: [("Share of friction limit", who.plant, "tyre.mu_f", "tyre.mu_r")],
+        HARD: [("Friction share", who.plant, "tyre.mu_f", "tyre.mu_r")],
         FAST: [("Speed v_x", who.plant, "state.v_x")],
     }
-    known, held = {s.path: s for s in signals(system)}, limits(system)
+    known, held = {s.path: s for s in signals}, limits(system, signals)
     found: dict[str, list[Plot]] = {}
     for question, plots in wanted.items():
         for title, unit, *names in plots:
@@ -101,20 +101,13 @@ def questions(system: System) -> dict[str, list[Plot]]:
     return found
 
 
-def buses(system: System) -> list[Plot]:
-    """All signals that are numbers, grouped by unit, bus and physical unit: none is flat beside a larger one."""
+def buses(signals: Sequence[Signal]) -> list[Plot]:
+    """The signals that are numbers, grouped by unit, bus and physical unit: none is flat beside a larger one."""
     found: dict[str, list[str]] = {}
-    for signal in (signal for signal in signals(system) if signal.is_number):
+    for signal in (signal for signal in signals if signal.is_number):
         unit = signal.variable.quantity.unit
         found.setdefault(f"{signal.bus} [{unit}]" if unit else signal.bus, []).append(signal.path)
     return [Plot(bus, tuple(paths)) for bus, paths in found.items()]
-
-
-def has_path_error(system: System) -> bool:
-    """Whether there are a vehicle and a path to compare."""
-    who = cast(system)
-    known = {s.path for s in signals(system)}
-    return {f"{who.plant}.state.x", f"{who.controller}.path.x"} <= known
 
 
 def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:

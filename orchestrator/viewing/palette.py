@@ -33,8 +33,12 @@ SERIES: Final[tuple[Colour, ...]] = (
     (155, 115, 220),
     (45, 170, 185),
 )
+SERIES_NAMES: Final = ("blue", "orange", "green", "red", "violet", "cyan")
+"""What a person calls them"""
 RUNS: Final[tuple[Colour, ...]] = (EGO, (240, 140, 40), (60, 180, 110), (225, 80, 130), (165, 120, 230), (50, 185, 195))
 """One per run of a comparison, from the start again where there are more"""
+
+RUN_NAMES: Final = ("blue", "orange", "green", "pink", "violet", "cyan")
 
 STATES: Final[dict[str, Colour]] = {
     "converged": (55, 150, 95),
@@ -52,6 +56,16 @@ STATES: Final[dict[str, Colour]] = {
 def state(name: str, i: int) -> Colour:
     """The colour of the state `name`, the `i`-th of its kind."""
     return STATES.get(name, SERIES[i % len(SERIES)])
+
+
+def series_name(i: int) -> str:
+    """What the colour of the `i`-th series of a bus is called."""
+    return SERIES_NAMES[i % len(SERIES)]
+
+
+def run_name(i: int) -> str:
+    """What the colour of the `i`-th run of a comparison is called."""
+    return RUN_NAMES[i % len(RUNS)]
 
 
 def run(i: int) -> Colour:

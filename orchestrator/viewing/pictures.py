@@ -6,7 +6,7 @@ column that was not recorded simply does not show.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -40,6 +40,12 @@ ROAD_AT_MOST: Final = (-1e4, 1e4)
 
 ERROR_SCALE: Final = 0.5
 """[m] path error that is drawn in full red"""
+
+POSE: Final = ("state", "x", "y", "psi")
+OBSTACLES: Final = ("obstacles", "valid", "id", "x", "y", "psi", "length", "width")
+PATH: Final = ("path", "x", "y")
+PLAN: Final = ("plan", "x", "y", "x_d", "y_upper", "y_lower")
+"""Bus and signals that it takes to draw the vehicle, the obstacles, the path and the plan"""
 
 
 @dataclass(frozen=True)
@@ -90,15 +96,47 @@ class Signal:
         return self.variable.quantity.type is Type.STRING
 
     @cached_property
+    def names(self) -> list[str]:
+        """The name of each element within its bus."""
+        return [column.rpartition(".")[2] for column in self.columns]
+
+    @cached_property
     def labels(self) -> list[str]:
         """Name and unit of each element as they stand in a legend."""
         unit = self.variable.quantity.unit
-        return [c.rpartition(".")[2] + (f" [{unit}]" if unit else "") for c in self.columns]
+        return [name + (f" [{unit}]" if unit else "") for name in self.names]
 
 
 def signals(system: System) -> list[Signal]:
     """All outputs of all units, in order."""
     return [Signal(unit, variable) for unit, source in system.units.items() for variable in source.interface.outputs]
+
+
+def _paths(unit: str | None, bus: str, *names: str) -> list[str]:
+    return [f"{unit}.{bus}.{name}" for name in names]
+
+
+class Recorded:
+    """Which signals of a system are recorded, and which of them at the same ticks: only those meet in a picture.
+
+    Each of the `groups` names the columns that are recorded at the same ticks; all at every tick if not given.
+    """
+
+    def __init__(self, system: System, groups: Sequence[Collection[str]] | None = None) -> None:
+        known = signals(system)
+        kept = [{c for s in known for c in s.columns}] if groups is None else [set(group) for group in groups]
+        found = [[s for s in known if group.issuperset(s.columns)] for group in kept]
+        paths = {s.path for group in found for s in group}
+        self.signals = [s for s in known if s.path in paths]
+        self._numbers = [{s.path for s in group if s.is_number} for group in found]
+
+    def bus(self, unit: str | None, bus: str, *names: str) -> bool:
+        """Whether several signals of one bus are recorded at the same ticks."""
+        return self.together(*_paths(unit, bus, *names))
+
+    def together(self, *paths: str) -> bool:
+        """Whether signals that are numbers are recorded at the same ticks."""
+        return any(group.issuperset(paths) for group in self._numbers)
 
 
 class Columns:
@@ -132,7 +170,7 @@ class Columns:
 
     def bus(self, unit: str | None, bus: str, *names: str) -> tuple[Array, ...] | None:
         """Several signals of one bus, cut to what a picture can hold; `None` unless all of them are there."""
-        paths = [f"{unit}.{bus}.{name}" for name in names]
+        paths = _paths(unit, bus, *names)
         if not all(path in self._places for path in paths):
             return None
         return tuple(np.clip(self.of(path), -LARGEST, LARGEST) for path in paths)
@@ -197,7 +235,7 @@ class Boxes:
 
 def obstacles(columns: Columns, who: Cast) -> tuple[Boxes, Array] | None:
     """The obstacles that the traffic shows, and all that is known of them row by row."""
-    found = columns.bus(who.traffic, "obstacles", "valid", "id", "x", "y", "psi", "length", "width")
+    found = columns.bus(who.traffic, *OBSTACLES)
     if found is None:
         return None
     valid = found[0] != 0
@@ -209,8 +247,13 @@ def obstacles(columns: Columns, who: Cast) -> tuple[Boxes, Array] | None:
 def errors(columns: Columns, who: Cast) -> Array | None:
     """Lateral distance [m] of the vehicle from the path as the controller saw it at the same instant."""
     ego = columns.bus(who.plant, "state", "x", "y")
-    path = columns.bus(who.controller, "path", "x", "y")
+    path = columns.bus(who.controller, *PATH)
     return path_error(*path, *ego) if ego and path else None
+
+
+def has_errors(recorded: Recorded, who: Cast) -> bool:
+    """Whether what `errors` takes is recorded at the same ticks."""
+    return recorded.together(*_paths(who.plant, "state", "x", "y"), *_paths(who.controller, *PATH))
 
 
 def quaternions(psi: Array) -> Array:

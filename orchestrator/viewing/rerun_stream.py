@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import time as clock
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,6 +38,7 @@ class RerunStream:
     """One recording on disk, or to the viewer at a URL, fed with batches of consecutive rows.
 
     The scenery, styles and layout are written at once; every batch is sent in columns, one call per entity.
+    `recorded` are the columns that come in the same batches, everything in every batch if not given.
     Streams with the same `recording_id` are one recording to a viewer.
     """
 
@@ -50,9 +51,10 @@ class RerunStream:
         name: str,
         h: float,
         about: Mapping[str, str],
+        recorded: Sequence[Collection[str]] | None = None,
         recording_id: str | None = None,
     ) -> None:
-        self._picture, self._h = RunPicture(system, scene), h
+        self._picture, self._h = RunPicture(system, scene, recorded=recorded), h
         self._name = name
         self._stream = rr.RecordingStream("macrostep", recording_id=recording_id)
         self._stream.set_log_time_enabled(False)
@@ -287,8 +289,7 @@ def _car(car: s.Car) -> list[tuple[str, Any]]:
         colors=palette.HEADING,
         radii=0.14,
     )
-    beside = [0, -car.width / 2 - car.beside, car.height]
-    name = rr.Points3D([beside], radii=0.01, colors=palette.NAME, labels=[car.label], show_labels=True)
+    name = rr.Points3D([car.label_at], radii=0.01, colors=palette.NAME, labels=[car.label], show_labels=True)
     return [("", box), ("/heading", arrow), ("/name", name)]
 
 
@@ -312,8 +313,8 @@ def _view(view: screens.View) -> Any:
         case screens.Group():
             made = _group(view)
         case screens.Series():
-            corner = rrb.PlotLegend(corner="lefttop", visible=view.legend)
-            made = rrb.TimeSeriesView(origin="/", contents=view.contents, name=view.title, plot_legend=corner)
+            legend = rrb.PlotLegend(visible=view.legend)
+            made = rrb.TimeSeriesView(origin="/", contents=view.contents, name=view.title, plot_legend=legend)
         case screens.Scenery():
             made = _scenery(view)
         case screens.Plane():

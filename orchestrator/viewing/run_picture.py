@@ -9,7 +9,8 @@ comparison the name of the run follows the first part, `/world/<run>/ego`.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,34 +41,88 @@ MICROSECONDS = "\N{MICRO SIGN}s"
 class RunPicture:
     """What is drawn of one run; `run` and `number` tell it from others in the same recording.
 
-    A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps.
+    A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps. `recorded` are
+    the columns that come at the same ticks, everything at every tick if not given: what is not recorded gets no view.
     """
 
-    def __init__(
-        self, system: System, scene: Scene | None, run: str = "", number: int | None = None, *, timed: bool = True
+    def __init__(  # noqa: PLR0913 - what a run is, and what tells it from others
+        self,
+        system: System,
+        scene: Scene | None,
+        run: str = "",
+        number: int | None = None,
+        *,
+        timed: bool = True,
+        recorded: Sequence[Collection[str]] | None = None,
     ) -> None:
-        self.system, self.run, self.who, self.timed = system, run, pictures.cast(system), timed
-        self.scene = None if self.who.is_empty else scene
-        self.signals, self.limits = pictures.signals(system), layout.limits(system)
+        self.system, self.run, self.who = system, run, pictures.cast(system)
+        self._recorded = pictures.Recorded(system, recorded)
+        self.signals = self._recorded.signals
+        self.limits = layout.limits(system, self.signals)
+        self.timed = timed and bool(self.signals)
+        self._parts = world.recorded_parts(self._recorded, self.who)
+        self.scene = scene if self._parts else None
         colour = self._colour = None if number is None else palette.run(number)
         self._most = friction.loads(system, self.who)
         self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour, number or 0)
         self._log = events.Log(self.who, self.scene, self.limits)
         self._memory = Memory()
 
+    @cached_property
+    def has_friction(self) -> bool:
+        """Whether there are friction circles."""
+        return friction.is_known(self._recorded, self.who)
+
+    @cached_property
+    def has_path_error(self) -> bool:
+        """Whether there are a vehicle and a path to compare."""
+        return pictures.has_errors(self._recorded, self.who)
+
+    @cached_property
+    def has_states(self) -> bool:
+        """Whether there is a timeline of states."""
+        return self.has_path_error or any(signal.states or signal.is_text for signal in self.signals)
+
+    @cached_property
+    def has_events(self) -> bool:
+        """Whether there is a log."""
+        return events.are_known(self._recorded, self.who, self.scene, self.limits)
+
+    @cached_property
+    def series_names(self) -> dict[str, list[str]]:
+        """The names of a signal's elements, by its path; with their colours, unless all that the run has is of one."""
+        numbers = {signal.path: signal.names for signal in self.signals if signal.is_number}
+        if self._colour is not None:
+            return numbers
+        return {
+            path: [f"{name} {palette.series_name(i)}" for name, i in zip(names, self._places[path], strict=True)]
+            for path, names in numbers.items()
+        }
+
+    @cached_property
+    def _places(self) -> dict[str, range]:
+        """The places of a signal's elements among all that its bus has as numbers."""
+        found: dict[str, range] = {}
+        seen: Counter[str] = Counter()
+        for signal in (s for s in self.signals if s.is_number):
+            first = seen[signal.bus]
+            seen[signal.bus] += len(signal.columns)
+            found[signal.path] = range(first, seen[signal.bus])
+        return found
+
     def styles(self) -> Iterator[Style]:
         """What stands from the start."""
         yield from self._series_styles()
         names, colours = events.PHASES, [palette.state(name, i) for i, name in enumerate(events.PHASES)]
-        if layout.has_path_error(self.system):
+        if self.has_path_error:
             yield StateStyle(entity=self._at("states", "manoeuvre"), names=names, colours=colours)
             yield self._lines(self._at("derived", "path_error"), ["path error [m]"])
         if self.timed:
             yield self._lines(self._at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
-        if friction.is_known(self.system, self.who):
+        if self.has_friction:
             yield from friction.styles(self.run, self._colour or palette.SERIES[0])
         if self._world is not None:
-            yield from self._world.styles({signal.bus.rpartition(".")[2] for signal in self.signals})
+            yield from self._world.styles(self._parts)
 
     def shapes(
         self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None
@@ -99,10 +154,9 @@ class RunPicture:
         return SeriesStyle(entity=at, names=told, colours=[self._colour] * len(names))
 
     def _series_styles(self) -> Iterator[Style]:
-        seen: Counter[str] = Counter()
         for signal in (s for s in self.signals if s.is_number):
-            yield self._lines(self._at("signals", *signal.path.split(".")), signal.labels, seen[signal.bus])
-            seen[signal.bus] += len(signal.columns)
+            at = self._at("signals", *signal.path.split("."))
+            yield self._lines(at, signal.labels, self._places[signal.path][0])
             if names := list(signal.states.values()):
                 colours = [palette.state(name, i) for i, name in enumerate(names)]
                 yield StateStyle(entity=self._at("states", *signal.path.split(".")), names=names, colours=colours)

@@ -1,20 +1,26 @@
 """What stands where on the viewer's screen, as plain data: views, and rows, columns and tabs of them.
 
 The first tab answers a person's questions about a run, or about several in one; the next holds all signals, the last
-says where the runs come from. What the runs do not have is left out.
+says where the runs come from. What the runs do not have, or did not record, is left out.
+
+A legend hides the curves below it: where there is room, a title says the colours and the limits instead. In a
+comparison a colour is a run, which the title of the tab says once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, sqrt
 from typing import Final, TypeAlias
 
-from orchestrator.viewing import friction, layout
-from orchestrator.viewing.layout import Plot
+from orchestrator.viewing import friction, layout, palette
+from orchestrator.viewing.layout import Limit, Plot
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
 from orchestrator.viewing.shapes import entity
 
+_IN_A_FIFTH, _IN_A_QUARTER = 44, 58
+"""characters; of a longer title a view in this share of a window shows only the beginning"""
 _LEGEND_AT_MOST: Final = 6
 """series; a longer legend would hide what it explains, and a series says its name when it is pointed at"""
 
@@ -93,24 +99,35 @@ View: TypeAlias = Series | Scenery | Plane | Timeline | Log | Document | Group
 
 def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Group:
     """The screen for one run, or for several side by side."""
+    scenery, asked = _scenery(runs), _asked(runs)
     tabs: list[View] = []
-    if any(not run.who.is_empty for run in runs):
-        title, scenery, answers = "Run" if len(runs) == 1 else "Runs", _scenery(runs), _answers(runs, differences)
-        rows = Group("column", [answers], None, title)
-        tabs.append(rows if scenery is None else Group("column", [scenery, answers], [3, 5], title))
-    plots: list[View] = [*_joined([(run, layout.buses(run.system)) for run in runs])]
+    if scenery is not None or asked:
+        parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
+        tabs.append(Group("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
+    plots: list[View] = [*_joined([(run, layout.buses(run.signals)) for run in runs], name_all=True)]
     if not tabs:
-        plots += _what_there_is(runs)
-    tabs.append(Group("grid", plots, title="All signals", columns=4))
+        plots += [*differences, *_wall_time(runs), *_what_happened(runs)]
+    if plots:
+        columns = min(4, ceil(sqrt(len(plots))))
+        tabs.append(Group("grid", plots, title="All signals", columns=columns))
     tabs.append(Document("About this run" if len(runs) == 1 else "About these runs", "/about"))
     return Group("tabs", tabs)
 
 
-def _what_there_is(runs: Sequence[RunPicture]) -> list[View]:
-    """What stands beside the signals of systems without vehicle, traffic and controller."""
-    found: list[View] = [*_wall_time(runs)]
-    if any(signal.states or signal.is_text for run in runs for signal in run.signals):
-        found.append(Timeline("Modes and texts", "/states"))
+def _named(runs: Sequence[RunPicture]) -> str:
+    """The title for one run, or for several by their colours."""
+    if len(runs) == 1:
+        return "Run"
+    return "Runs: " + ", ".join(f"{run.run} {palette.run_name(i)}" for i, run in enumerate(runs))
+
+
+def _what_happened(runs: Sequence[RunPicture]) -> list[View]:
+    """States over time, and the log."""
+    found: list[View] = []
+    if any(run.has_states for run in runs):
+        found.append(Timeline("Modes and solver status", "/states"))
+    if any(run.has_events for run in runs):
+        found.append(Log("Events", "/events"))
     return found
 
 
@@ -122,7 +139,7 @@ def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
 def _scenery(runs: Sequence[RunPicture]) -> View | None:
     """Bird's eye view, following view and friction circles."""
     placed = [run for run in runs if run.scene is not None]
-    circles = [run for run in runs if friction.is_known(run.system, run.who)]
+    circles = [run for run in runs if run.has_friction]
     views: list[View] = []
     if placed and (scene := placed[0].scene) is not None:
         y = (scene.y_left + scene.y_right) / 2
@@ -149,45 +166,82 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
     return Group("row", views, [5, 2, 2] if len(views) == 3 else None)  # noqa: PLR2004 - all three
 
 
-def _answers(runs: Sequence[RunPicture], differences: Sequence[Series]) -> View:
-    """Series grouped by question, a column each; then what happened."""
-    several = len(runs) > 1
-    columns: dict[str, list[View]] = {question: [] for question in layout.QUESTIONS}
+def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
+    """The series that answer each question; a question without an answer is not there."""
+    found: dict[str, list[View]] = {}
     for question, plots in _by_question(runs).items():
-        columns[question] += _joined(plots)
-    erring = [entity("derived", run.run, "path_error") for run in runs if layout.has_path_error(run.system)]
-    if erring:
-        columns[layout.HARD].append(Series("Path error [m], left positive", erring, several))
-    columns[layout.FAST] += [*differences, *_wall_time(runs)]
-    columns["When was what?"] = [Timeline("Modes and solver status", "/states"), Log("Events", "/events")]
-    asked = [
-        Group("column", [replace(views[0], title=f"{question} {views[0].title}"), *views[1:]])
-        for question, views in columns.items()
-        if views
-    ]
-    return Group("row", asked, [1] * (len(asked) - 1) + [1.3])
+        found[question] = [*_joined(plots)]
+    if erring := [entity("derived", run.run, "path_error") for run in runs if run.has_path_error]:
+        found.setdefault(layout.HARD, []).append(Series("Path error [m], left positive", erring))
+    return {question: found[question] for question in layout.QUESTIONS if question in found}
+
+
+def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differences: Sequence[Series]) -> View | None:
+    """A column for each question, under its name; then what happened."""
+    columns = dict(asked)
+    if more := [*differences, *_wall_time(runs)]:
+        columns[layout.FAST] = [*columns.get(layout.FAST, ()), *more]
+    shares = [1.0] * len(columns)
+    if happened := _what_happened(runs):
+        columns[_WHEN], shares = happened, [*shares, 1.1]
+    # a tab is the only head that the viewer gives to a column
+    headed = [Group("tabs", [Group("column", views, title=question)]) for question, views in columns.items()]
+    return Group("row", headed, shares) if headed else None
+
+
+_WHEN: Final = "When was what?"
 
 
 def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:
     """The plots of each question, run by run; in a comparison one signal each, so that a colour is a run."""
     found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
     for run in runs:
-        for question, plots in layout.questions(run.system).items():
+        for question, plots in layout.questions(run.system, run.signals).items():
             own = plots if len(runs) == 1 else [one for plot in plots for one in plot.split(run.limits)]
             found.setdefault(question, []).append((run, own))
     return found
 
 
-def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]]) -> list[Series]:
-    """The plots of all runs, those with the same title in one view; with a legend if that is short."""
-    contents: dict[str, list[str]] = {}
-    series: dict[str, int] = {}
-    for run, found in plots:
-        sizes = {signal.path: len(signal.columns) for signal in run.signals}
-        for plot in found:
-            entities = [entity("signals", run.run, *path.split(".")) for path in plot.signals]
-            limits = [entity(layout.limit_parts(x)[0], run.run, *layout.limit_parts(x)[1:]) for x in plot.limits]
-            contents.setdefault(plot.title, []).extend([*entities, *limits])
-            crowd = _LEGEND_AT_MOST * len(plot.limits) if run.run else 0  # limits would hide the runs
-            series[plot.title] = series.get(plot.title, 0) + sum(sizes[path] for path in plot.signals) + crowd
-    return [Series(title, parts, 1 < series[title] <= _LEGEND_AT_MOST) for title, parts in contents.items()]
+def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, name_all: bool = False) -> list[Series]:
+    """The plots of all runs, those with the same title in one view; also a single series is named (`name_all`)."""
+    found: dict[str, list[tuple[RunPicture, Plot]]] = {}
+    for run, own in plots:
+        for plot in own:
+            found.setdefault(plot.title, []).append((run, plot))
+    return [_series(title, same, name_all=name_all) for title, same in found.items()]
+
+
+def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, name_all: bool) -> Series:
+    """The plots of all runs in one view: its series named by the title if there is room, else by a short legend."""
+    contents: list[str] = []
+    for run, plot in plots:
+        contents += [entity("signals", run.run, *path.split(".")) for path in plot.signals]
+        contents += [entity(layout.limit_parts(x)[0], run.run, *layout.limit_parts(x)[1:]) for x in plot.limits]
+    title = _with_limits(title, [limit for _, plot in plots for limit in plot.limits])
+    names = list(dict.fromkeys(name for run, plot in plots for path in plot.signals for name in run.series_names[path]))
+    if len(names) == 1 and not name_all:
+        return Series(title, contents)
+    named = f"{title}: {', '.join(names)}"
+    if len(named) <= (_IN_A_QUARTER if name_all else _IN_A_FIFTH):
+        return Series(named, contents)
+    is_alone = not plots[0][0].run
+    return Series(title, contents, legend=is_alone and len(names) <= _LEGEND_AT_MOST)
+
+
+def _with_limits(title: str, limits: Sequence[Limit]) -> str:
+    """The title with the values of the limits that are drawn; their unit is that of the title, if there is one."""
+    bounds = sorted({limit.value for limit in limits if limit.binds})
+    told = [f"{value:.4g}" for value in bounds]
+    if len(bounds) == 2 and bounds[0] == -bounds[1]:  # noqa: PLR2004 - a lower and an upper one
+        title += f" within \N{PLUS-MINUS SIGN}{told[1]}"
+    elif len(bounds) == 2 and bounds[0] < 0 < bounds[1]:  # noqa: PLR2004
+        title += f" between {told[0]} and {told[1]}"
+    elif len(bounds) == 1 and bounds[0] > 0:
+        title = f"{title.removesuffix(' [1]')} \N{LESS-THAN OR EQUAL TO} {told[0]}"
+    elif bounds:
+        title += f", limits {', '.join(told)}"
+    wanted: dict[str, list[str]] = {}
+    for limit in (limit for limit in limits if not limit.binds):
+        values = wanted.setdefault(limit.label.partition(" [")[0], [])
+        values += [text for text in [f"{limit.value:.4g}"] if text not in values]
+    return title + "".join(f", {name} {' and '.join(values)}" for name, values in wanted.items())

@@ -169,8 +169,8 @@ class Car(Style):
     height: float
     colour: Colour
     label: str
-    beside: float
-    """[m] from its right side to its name"""
+    label_at: tuple[float, float, float]
+    """[m] in the vehicle's frame"""
     shared: bool = False
     """Whether others may stand in the same place, to be seen through it"""
 

@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.path_geometry import path_lines
 from orchestrator.scene import Scene
 from orchestrator.viewing import palette, pictures
-from orchestrator.viewing.pictures import Boxes, Cast, Columns
+from orchestrator.viewing.pictures import Boxes, Cast, Columns, Recorded
 from orchestrator.viewing.shapes import (
     Array,
     Car,
@@ -37,14 +37,26 @@ _BESIDE, _APART = 0.7, 1.1
 """[m] beside a vehicle stands its name, and those of others below it"""
 
 
+def recorded_parts(recorded: Recorded, who: Cast) -> set[str]:
+    """What there is to draw, of `ego`, `obstacles`, `path` and `plan`."""
+    wanted = {
+        "ego": (who.plant, pictures.POSE),
+        "obstacles": (who.traffic, pictures.OBSTACLES),
+        "path": (who.controller, pictures.PATH),
+        "plan": (who.controller, pictures.PLAN),
+    }
+    return {part for part, (unit, bus) in wanted.items() if recorded.bus(unit, *bus)}
+
+
 class World:
     """What is drawn of a run's world; in a comparison (`colour`) the ego's trail, path and plan have its colour.
 
-    The names of several runs stand below each other, by their `number`.
+    The names of several runs stand below each other, by their `number`: on the road for who looks from above, in the
+    air for who follows.
     """
 
     def __init__(self, who: Cast, scene: Scene, run: str, colour: Colour | None, number: int = 0) -> None:
-        self._beside = _BESIDE + number * _APART
+        self._below = number * _APART
         self._who, self._scene, self._run, self._colour = who, scene, run, colour
         self._memory = Memory()
         self._road = (0.0, 0.0)
@@ -52,12 +64,12 @@ class World:
     def _at(self, *parts: str) -> str:
         return entity("world", self._run, *parts)
 
-    def styles(self, buses: set[str]) -> Iterator[Style]:
-        """What stands from the start; only for the `buses` there are."""
+    def styles(self, parts: set[str]) -> Iterator[Style]:
+        """What stands from the start; only for the `parts` that are recorded."""
         own = self._colour
         path, plan = (palette.PATH, palette.PLAN) if own is None else (palette.paler(own, 0.3), own)
         corridor = palette.CORRIDOR if own is None else palette.paler(own)
-        if self._who.plant is not None:
+        if "ego" in parts:
             for name, height in (("footprint", FLAT), ("body", pictures.HEIGHT)):
                 yield Car(
                     entity=self._at("ego", name),
@@ -66,20 +78,20 @@ class World:
                     height=height,
                     colour=own or palette.EGO,
                     label=self._run or "ego",
-                    beside=self._beside,
+                    label_at=self._label_at(name),
                     shared=own is not None,
                 )
             yield PointStyle(entity=self._at("trail"), size=0.15, of_world=True, colour=own)
-        if "obstacles" in buses:
+        if "obstacles" in parts:
             yield SolidStyle(entity=self._at("obstacles", "footprint"), colour=palette.OBSTACLE)
             yield SolidStyle(entity=self._at("obstacles", "body"), colour=palette.OBSTACLE)
             yield LineStyle(entity=self._at("obstacles", "boundary"), size=1.5, colour=own or palette.BOUNDARY)
-        if "path" in buses:
+        if "path" in parts:
             yield LineStyle(entity=self._at("path"), size=1.5, colour=path)
             yield PointStyle(
                 entity=self._at("path", "waypoints"), size=4, colour=palette.WAYPOINT if own is None else path
             )
-        if "plan" in buses:
+        if "plan" in parts:
             yield LineStyle(entity=self._at("plan"), size=2, colour=plan)
             yield PointStyle(entity=self._at("plan", "points"), size=3.5, colour=plan)
             yield LineStyle(entity=self._at("plan", "corridor"), size=2, colour=corridor)
@@ -88,7 +100,7 @@ class World:
         self, columns: Columns, error: Array | None, boxes: tuple[Boxes, Array] | None
     ) -> Iterator[Shape | Style]:
         """The world in these rows; the road is drawn anew where they reach beyond it."""
-        ego = columns.bus(self._who.plant, "state", "x", "y", "psi")
+        ego = columns.bus(self._who.plant, *pictures.POSE)
         places = [np.array([0.0, 100.0]), *([] if ego is None else [ego[0]]), *([] if boxes is None else [boxes[0].x])]
         yield from self._road_to(np.concatenate(places))
         if ego is not None:
@@ -97,6 +109,10 @@ class World:
             yield from self._obstacles(*boxes)
         yield from self._path(columns)
         yield from self._plan(columns, ego)
+
+    def _label_at(self, name: str) -> tuple[float, float, float]:
+        side = -self._scene.ego_width / 2 - _BESIDE
+        return (0, side - self._below, FLAT) if name == "footprint" else (0, side, pictures.HEIGHT - self._below)
 
     def _road_to(self, x: Array) -> Iterator[Style]:
         places = np.clip(x[np.isfinite(x)], *pictures.ROAD_AT_MOST)
@@ -148,7 +164,7 @@ class World:
         )
 
     def _path(self, columns: Columns) -> Iterator[Shape]:
-        path = columns.bus(self._who.controller, "path", "x", "y")
+        path = columns.bus(self._who.controller, *pictures.PATH)
         if path is None:
             return
         rows = self._memory.news("path", np.column_stack(path))
@@ -163,7 +179,7 @@ class World:
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)
 
     def _plan(self, columns: Columns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
-        plan = columns.bus(self._who.controller, "plan", "x", "y", "x_d", "y_upper", "y_lower")
+        plan = columns.bus(self._who.controller, *pictures.PLAN)
         if plan is None:
             return
         x, y, x_d, upper, lower = plan

@@ -10,6 +10,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from components.interfaces.problem import RequestError
+from orchestrator import recorder
+from orchestrator.master import Simulation
+from orchestrator.parquet import write_signals
+from orchestrator.recording import Afterwards
+from orchestrator.recording_process import Request
+from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import comparison
 from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing.rerun_stream import read_series
@@ -52,6 +58,41 @@ def test_a_chosen_signal_may_be_the_element_of_an_array(runs, tables, tmp_path):
     assert [entity for entity in found if entity.startswith("/difference")] == [
         "/difference/two/controller.plan.y\\[3\\]"
     ]
+
+
+@pytest.fixture(scope="module")
+def sparse(tmp_path_factory):
+    """A run that records the plant's state at every tick, the plan at every fifth, and nothing else."""
+    folder = tmp_path_factory.mktemp("sparse")
+    scenario = prepare("static", Options(mode="blocks", record=["plant.state.*", "controller.plan.*:5"]))
+    recorder.write_system(scenario, folder)
+    with Simulation(scenario.system, h=scenario.h, until=1.2, record=scenario.record) as simulation:
+        simulation.run()
+        write_signals(simulation.columns(), scenario, folder / "signals.parquet")
+        recording = Afterwards()
+        recording.begin(Request(folder, folder / "recording.rrd", simulation.log.elements, {}), simulation)
+        recording.end({})
+        assert recording.wait() == ""
+    return kept.find(folder)
+
+
+def test_a_run_made_anew_has_each_signal_at_its_own_ticks(sparse, tmp_path):
+    comparison.rebuild(sparse, tmp_path / "anew.rrd")
+    found, expected = read_series(tmp_path / "anew.rrd"), read_series(sparse.recording)
+    assert expected.keys() - found.keys() == {"/performance/step_time"}
+    assert found["/signals/controller/plan/x"][0].tolist() == [0, 5, 10]
+    for entity, (ticks, values) in found.items():
+        np.testing.assert_array_equal(ticks, expected[entity][0], entity)
+        np.testing.assert_array_equal(values, expected[entity][1], entity)
+
+
+def test_in_a_comparison_each_signal_has_its_own_ticks(runs, tables, sparse, tmp_path):
+    both = [runs[0], sparse], [tables[0], pd.read_parquet(sparse.folder / "signals.parquet")]
+    found = _compared(*both, [], tmp_path / "both.rrd")
+    assert found[f"/signals/{runs[0].name}/controller/plan/x"][0].tolist() == list(range(31))
+    assert found[f"/signals/{sparse.name}/controller/plan/x"][0].tolist() == [0, 5, 10]
+    assert found[f"/difference/{sparse.name}/plant.state.y"][0].tolist() == list(range(13))
+    assert f"/derived/{sparse.name}/path_error" not in found
 
 
 @given(first=LINE, other=LINE)

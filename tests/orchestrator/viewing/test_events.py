@@ -26,7 +26,7 @@ def frame():
 
 def _told(frame, batches=1):
     """(row of the run, level, text) of all events."""
-    log = events.Log(WHO, STATIC.scene, layout.limits(STATIC.system))
+    log = events.Log(WHO, STATIC.scene, layout.limits(STATIC.system, SIGNALS))
     found, first = [], 0
     for rows in np.array_split(np.arange(len(frame)), batches):
         columns = Columns(frame.iloc[rows], SIGNALS)

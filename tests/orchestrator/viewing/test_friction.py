@@ -55,4 +55,6 @@ def test_without_a_tyre_bus_there_is_no_circle():
     assert friction.shares(columns, WHO, None) is None
     assert list(friction.shapes(columns, WHO, None, "")) == []
     idle = prepare("idle", Options(mode="blocks"))
-    assert not friction.is_known(idle.system, pictures.cast(idle.system))
+    assert not friction.is_known(pictures.Recorded(idle.system), pictures.cast(idle.system))
+    assert friction.is_known(pictures.Recorded(STATIC.system), WHO)
+    assert not friction.is_known(pictures.Recorded(STATIC.system, [["plant.tyre.mu_f", "plant.tyre.mu_r"]]), WHO)

@@ -10,7 +10,7 @@ import pytest
 
 from components.interfaces.problem import Problem, RequestError
 from orchestrator.viewing import kept_run
-from orchestrator.viewing.rerun_stream import read_series
+from orchestrator.viewing.rerun_stream import RerunStream, read_series
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +96,21 @@ def test_rows_are_the_same_from_parquet_and_from_the_recording(run, scratch):
     assert set(found) == set(frame)
     for name in frame:
         np.testing.assert_array_equal(found[name], frame[name].to_numpy(dtype=float), name)
+
+
+def test_a_signal_that_lacks_rows_in_the_recording_keeps_the_others(run, scratch):
+    frame = pd.read_parquet(run / "signals.parquet")
+    (run / "signals.parquet").unlink()
+    system, scene = (found := kept_run.find(run)).scenario.system, found.scenario.scene
+    stream = RerunStream(run / "recording.rrd", system, scene, name="run", h=0.1, about={})
+    stream.log({name: frame[name].to_numpy() for name in ("time", "plant.state.x")}, None)
+    stream.log({name: frame[name].to_numpy()[::5] for name in ("time", "plant.state.y")}, None)
+    stream.close()
+    rows = kept_run.rows(found, scratch, lambda _: None)
+    assert rows.keys() == {"time", "plant.state.x", "plant.state.y"}
+    np.testing.assert_array_equal(rows["plant.state.x"], frame["plant.state.x"])
+    np.testing.assert_array_equal(rows["plant.state.y"][::5], frame["plant.state.y"][::5])
+    assert np.isnan(rows["plant.state.y"]).sum() == len(frame) - len(frame[::5])
 
 
 def _problem(request):

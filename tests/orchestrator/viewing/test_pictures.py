@@ -52,6 +52,24 @@ def test_what_was_not_recorded_is_not_there(static):
     assert pictures.errors(columns, pictures.cast(static.system)) is None
 
 
+def test_only_what_is_recorded_at_the_same_ticks_meets_in_a_picture(static):
+    who = pictures.cast(static.system)
+    assert pictures.has_errors(pictures.Recorded(static.system), who)
+    path = [f"controller.path.{name}[{i + 1}]" for name in "xy" for i in range(15)]
+    place = ["plant.state.x", "plant.state.y"]
+    assert pictures.has_errors(pictures.Recorded(static.system, [[*path, *place]]), who)
+    apart = pictures.Recorded(static.system, [path, place])
+    assert [signal.path for signal in apart.signals] == [
+        "plant.state.x",
+        "plant.state.y",
+        "controller.path.x",
+        "controller.path.y",
+    ]
+    assert apart.bus("plant", "state", "x", "y")
+    assert not pictures.has_errors(apart, who)
+    assert not pictures.Recorded(static.system, [path[:-1]]).bus("controller", *pictures.PATH)
+
+
 def test_a_boundary_shows_where_the_box_is_heading():
     quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
     line = pictures.boundaries(quarter, 0.5)[0]
@@ -86,17 +104,18 @@ def test_lane_marks_stay_between_the_lanes(static):
 
 
 def test_known_limits_are_those_of_the_controllers_parameters(static):
-    found = {limit.label: limit.value for limit in layout.limits(static.system)}
+    found = {limit.label: limit.value for limit in layout.limits(static.system, pictures.signals(static.system))}
     assert found["delta_max [rad]"] == -found["-delta_max [rad]"] > 0
     assert (found["T_dmax [N.m]"], found["-T_bmax [N.m]"], found["limit [1]"]) == (200, -160, 1)
 
 
 def test_questions_without_an_answer_are_not_asked():
     plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
-    assert layout.questions(plain) == {}
-    assert layout.limits(plain) == []
-    assert not layout.has_path_error(plain)
-    assert [(plot.title, len(plot.signals)) for plot in layout.buses(plain)] == [
+    known = pictures.signals(plain)
+    assert layout.questions(plain, known) == {}
+    assert layout.limits(plain, known) == []
+    assert not pictures.has_errors(pictures.Recorded(plain), pictures.cast(plain))
+    assert [(plot.title, len(plot.signals)) for plot in layout.buses(known)] == [
         ("rest.obstacles [1]", 2),
         ("rest.obstacles [m]", 4),
         ("rest.obstacles [rad]", 1),

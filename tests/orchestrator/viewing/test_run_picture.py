@@ -109,13 +109,13 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
     picture = RunPicture(system, None)
     made = screen.screen([picture])
     assert [part.title for part in made.parts[0].parts] == [
-        "unit.heater",
-        "unit.heater [K]",
-        "unit",
-        "unit.box",
+        "unit.heater: on blue",
+        "unit.heater [K]: T orange",
+        "unit: count blue",
+        "unit.box: gear blue",
         "unit.box [N.m]",
         f"Wall time per step [{MICROSECONDS}]",
-        "Modes and texts",
+        "Modes and solver status",
     ]
     blueprint(made)
     batch = np.arange(4), 0.5, picture.shapes(rows, None)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import screen
+from orchestrator.viewing import layout, screen
+from orchestrator.viewing.pictures import signals
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
 
 STATIC = prepare("static", Options(mode="blocks"))
@@ -26,23 +27,26 @@ def test_a_run_is_answered_question_by_question():
         "Bird's eye view: x to the right, y up",
         "Following view",
         "Friction circles, limit = 1",
-        "What did it do? Steering delta_f [rad]",
-        "Torque T_r [N.m]",
-        "What did it feel? Yaw rate r [rad/s]",
-        "Acceleration [m/s2]",
-        "How hard was it? Share of friction limit [1]",
+        "Steering delta_f [rad] within ±0.7854",
+        "Torque T_r [N.m] between -160 and 200",
+        "Yaw rate r [rad/s]",
+        "Acceleration [m/s2]: a_x blue, a_y orange",
+        "Friction share ≤ 1: mu_f violet, mu_r cyan",
         "Path error [m], left positive",
-        "How fast was it? Speed v_x [m/s]",
+        "Speed v_x [m/s], v_ref 10",
         f"Wall time per step [{MICROSECONDS}]",
-        "When was what? Modes and solver status",
+        "Modes and solver status",
         "Events",
     ]
+    columns = run.parts[1].parts
+    assert [head.kind for head in columns] == ["tabs"] * 5
+    assert [column.title for head in columns for column in head.parts] == [*layout.QUESTIONS, "When was what?"]
     assert (signals.title, about.title) == ("All signals", "About this run")
 
 
 def test_limits_are_drawn_with_what_they_limit():
     run = screen.screen([RunPicture(STATIC.system, STATIC.scene)]).parts[0]
-    torque = next(view for view in _views(run) if view.title == "Torque T_r [N.m]")
+    torque = next(view for view in _views(run) if view.title.startswith("Torque T_r [N.m]"))
     assert set(torque.contents) == {
         "/signals/controller/actuation/T_r",
         "/limits/controller/actuation/T_r/upper",
@@ -50,7 +54,7 @@ def test_limits_are_drawn_with_what_they_limit():
     }
     speed = next(view for view in _views(run) if "Speed" in view.title)
     assert "/limits/plant/state/v_x/upper" in speed.contents
-    friction = next(view for view in _views(run) if "Share" in view.title)
+    friction = next(view for view in _views(run) if "share" in view.title)
     assert [part for part in friction.contents if part.startswith("/limits")] == ["/limits/plant/tyre/mu_f/upper"]
 
 
@@ -58,12 +62,13 @@ def test_several_runs_share_their_views_one_signal_each():
     runs = [RunPicture(STATIC.system, STATIC.scene, name, i, timed=False) for i, name in enumerate("ab")]
     extra = screen.Series("difference", ["/difference/b/x"])
     made = screen.screen(runs, [extra]).parts[0]
+    assert made.title == "Runs: a blue, b orange"
     assert "Acceleration a_y [m/s2]" in _titles(made)
     assert extra in _views(made)
     assert not any("Wall time" in title for title in _titles(made))
     yaw = next(view for view in _views(made) if "Yaw rate" in view.title)
     assert yaw.contents == ["/signals/a/plant/state/r", "/signals/b/plant/state/r"]
-    assert yaw.legend
+    assert not any(view.legend for view in _views(made) if isinstance(view, screen.Series)), "the title says it"
     birds_eye = _views(made)[0]
     assert birds_eye.origin == "/world/a/follow"
     assert birds_eye.trails == ["/world/a/trail", "/world/b/trail"]
@@ -75,3 +80,72 @@ def test_empty_plugs_have_a_screen(scene):
     titles = _titles(screen.screen([RunPicture(idle.system, scene)]))
     assert ("Following view" in titles) == (scene is not None)
     assert "Path error [m], left positive" not in titles
+
+
+def _recorded(*groups):
+    """The screen of a run that records signals, each group of them at its own ticks."""
+    elements = [[c for s in signals(STATIC.system) if s.path.startswith(group) for c in s.columns] for group in groups]
+    return screen.screen([RunPicture(STATIC.system, STATIC.scene, recorded=elements)])
+
+
+def test_what_is_not_recorded_has_no_view():
+    run, everything, _ = _recorded(("plant.",)).parts
+    assert _titles(run) == [
+        "Bird's eye view: x to the right, y up",
+        "Following view",
+        "Friction circles, limit = 1",
+        "Yaw rate r [rad/s]",
+        "Acceleration [m/s2]: a_x blue, a_y orange",
+        "Friction share ≤ 1: mu_f violet, mu_r cyan",
+        "Speed v_x [m/s], v_ref 10",
+        f"Wall time per step [{MICROSECONDS}]",
+        "Events",
+    ]
+    assert [column.title for head in run.parts[1].parts for column in head.parts] == [
+        "What did it feel?",
+        "How hard was it?",
+        "How fast was it?",
+        "When was what?",
+    ]
+    assert all(title.startswith("plant.") for title in _titles(everything))
+
+
+def test_what_is_recorded_at_other_ticks_is_not_computed_with():
+    together, apart = (
+        _titles(_recorded(*groups).parts[0])
+        for groups in ([("plant.state", "controller.path")], [("plant.state",), ("controller.path",)])
+    )
+    assert "Path error [m], left positive" in together
+    assert "Modes and solver status" in together
+    assert not {"Path error [m], left positive", "Modes and solver status"} & set(apart)
+
+
+def test_a_run_that_records_little_has_a_screen():
+    run, signals, about = _recorded(("traffic.obstacles",)).parts
+    assert _titles(run) == [
+        "Bird's eye view: x to the right, y up",
+        "Following view",
+        f"Wall time per step [{MICROSECONDS}]",
+    ]
+    signals, about = _recorded(("controller.solver.iterations",)).parts
+    assert _titles(signals) == ["controller.solver [1]: iterations blue", f"Wall time per step [{MICROSECONDS}]"]
+    (about,) = _recorded().parts
+    assert about.title == "About this run"
+
+
+def test_limits_that_differ_between_runs_are_all_told():
+    weaker = prepare("static", Options(mode="blocks", settings=["controller.T_dmax=150", "controller.v_ref=8"]))
+    runs = [
+        RunPicture(made.system, made.scene, name, i) for i, (name, made) in enumerate([("a", STATIC), ("b", weaker)])
+    ]
+    titles = _titles(screen.screen(runs).parts[0])
+    assert "Torque T_r [N.m], limits -160, 150, 200" in titles
+    assert "Speed v_x [m/s], v_ref 10 and 8" in titles
+
+
+def test_a_legend_stands_only_where_a_title_cannot_name_the_series():
+    _, everything, _ = screen.screen([RunPicture(STATIC.system, STATIC.scene)]).parts
+    legends = {view.title: view.legend for view in _views(everything)}
+    assert legends["plant.state [m]: x blue, y orange"] is False
+    assert legends["controller.path [m]"] is False, "30 series"
+    assert [title for title, legend in legends.items() if legend] == ["controller.solver [1]"]

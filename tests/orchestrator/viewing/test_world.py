@@ -8,7 +8,7 @@ import pytest
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import pictures, shapes
 from orchestrator.viewing.pictures import Columns
-from orchestrator.viewing.world import World
+from orchestrator.viewing.world import World, recorded_parts
 
 STATIC = prepare("static", Options(mode="blocks"))
 WHO = pictures.cast(STATIC.system)
@@ -49,13 +49,30 @@ def test_the_trail_is_coloured_by_error_alone_and_by_run_beside_others(world):
     np.testing.assert_array_equal(colours(world, error), pictures.rgba(pictures.error_colours(error)))
     other = World(WHO, STATIC.scene, "other", (1, 2, 3))
     assert colours(other, error) is None
-    trail = next(s for s in other.styles(set()) if s.entity == "/world/other/trail")
+    trail = next(s for s in other.styles({"ego"}) if s.entity == "/world/other/trail")
     assert trail.colour == (1, 2, 3)
 
 
 def test_vehicles_have_names_and_can_be_seen_through_beside_others(world):
-    cars = [style for style in world.styles(set()) if isinstance(style, shapes.Car)]
+    cars = [style for style in world.styles({"ego"}) if isinstance(style, shapes.Car)]
     assert [(car.label, car.shared) for car in cars] == [("ego", False)] * 2
     other = World(WHO, STATIC.scene, "other", (1, 2, 3))
-    cars = [style for style in other.styles(set()) if isinstance(style, shapes.Car)]
+    cars = [style for style in other.styles({"ego"}) if isinstance(style, shapes.Car)]
     assert [(car.label, car.shared, car.colour) for car in cars] == [("other", True, (1, 2, 3))] * 2
+
+
+def test_the_names_of_runs_stand_apart_from_above_and_from_behind():
+    worlds = [World(WHO, STATIC.scene, name, (1, 2, 3), i) for i, name in enumerate("abc")]
+    cars = [[style for style in world.styles({"ego"}) if isinstance(style, shapes.Car)] for world in worlds]
+    for i, axis in ((0, 1), (1, 2)):  # the footprint is seen from above, where y is up; the body from behind
+        places = np.array([found[i].label_at for found in cars])
+        assert (np.diff(places[:, axis]) < -1).all()
+        np.testing.assert_array_equal(np.delete(np.ptp(places, axis=0), axis), 0)
+        assert (places[:, 1] < -STATIC.scene.ego_width / 2).all(), "beside the vehicle"
+
+
+def test_only_parts_that_are_recorded_are_drawn(world):
+    assert list(world.styles(set())) == []
+    recorded = pictures.Recorded(STATIC.system, [["plant.state.x", "plant.state.y", "plant.state.psi"]])
+    assert recorded_parts(recorded, WHO) == {"ego"}
+    assert recorded_parts(pictures.Recorded(STATIC.system), WHO) == {"ego", "obstacles", "path", "plan"}
