@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import casadi as ca
 
 from components.interfaces.problem import Problem, RequestError, raise_if_any, refuse
 from fmus.modelica.expressions import Expressions, states_in
-from fmus.modelica.flat import EXPLICIT, Equation, FlatModel, FlatVariable
+from fmus.modelica.flat import EXPLICIT, Equation, FlatModel, FlatVariable, names
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class _Model:
 
     def __init__(self, flat: FlatModel) -> None:
         self.flat = flat
-        names = set().union(*(states_in(side) for e in flat.equations for side in (e.left, e.right)))
-        self.states = [v for v in flat.variables.values() if v.name in names]
+        named = set().union(*(states_in(side) for e in flat.equations for side in (e.left, e.right)))
+        self.states = [v for v in flat.variables.values() if v.name in named]
         self.columns: dict[str, Any] = {}
         self.derivatives = {v.name: _symbols(f"der({v.name})", v.shape) for v in self.states}
         self.expressions = Expressions(self.columns, self.derivatives)
@@ -74,13 +74,13 @@ class _Model:
         """Constants and parameters that others give, in whichever order they stand in the model."""
         waiting = self.of("dependent")
         while waiting:
-            ready = [v for v in waiting if v.binding is not None and not _names(v.binding) & {w.name for w in waiting}]
+            ready = [v for v in waiting if v.binding is not None and not names(v.binding) & {w.name for w in waiting}]
             if not ready:
                 valid = "a value, from parameters and constants"
                 raise_if_any(Problem(v.place, f"no value for `{v.name}`", valid) for v in waiting)
             for v in ready:
                 value = self.expressions.value(v.binding or {}, v.place)
-                self.columns[v.name] = value if value.numel() > 1 else ca.repmat(value, v.shape[0] if v.shape else 1, 1)
+                self.columns[v.name] = _repeated(value, v.shape[0] if v.shape else 1)
             waiting = [v for v in waiting if v not in ready]
 
     def scalars(self, equations: Sequence[Equation]) -> list[_Scalar]:
@@ -94,9 +94,8 @@ class _Model:
                 problems += error.problems
                 continue
             n = max(left.numel(), right.numel())
-            sides = [side if side.numel() == n else ca.repmat(side, n, 1) for side in (left, right)]
-            elements = zip(ca.vertsplit(sides[0]), ca.vertsplit(sides[1]), strict=True)
-            found += [_Scalar(a, b, e.place) for a, b in elements]
+            sides = (ca.vertsplit(_repeated(side, n)) for side in (left, right))
+            found += [_Scalar(a, b, e.place) for a, b in zip(*sides, strict=True)]
         raise_if_any(problems)
         return found
 
@@ -129,8 +128,7 @@ def _start(model: _Model, solved: Solved) -> Any:
     for v in model.states:
         value = model.expressions.value(v.start, v.place) if v.start is not None else ca.SX(0.0)
         symbols = ca.vertsplit(model.columns[v.name])
-        values = ca.vertsplit(value if value.numel() > 1 else ca.repmat(value, len(symbols), 1))
-        begin += zip(symbols, values, strict=True)
+        begin += zip(symbols, ca.vertsplit(_repeated(value, len(symbols))), strict=True)
         free += [] if v.fixed else symbols
     equations: list[_Scalar] = []
     for e in model.scalars(model.flat.initial):
@@ -163,16 +161,16 @@ def _solved(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bo
         symbol = remaining.pop(lefts[ready].pop())
         found.append((symbol, _isolated(equation, symbol)))
     if remaining and complete:
-        names = ", ".join(f"`{s.name()}`" for s in remaining.values())
-        raise refuse(place, f"no equation for {names}", "one equation per unknown")
+        missing = ", ".join(f"`{s.name()}`" for s in remaining.values())
+        raise refuse(place, f"no equation for {missing}", "one equation per unknown")
     return found
 
 
 def _loop(equations: list[_Scalar], unknowns: list[Any]) -> RequestError:
-    names = ", ".join(f"`{s.name()}`" for s in unknowns)
+    looped = ", ".join(f"`{s.name()}`" for s in unknowns)
     others = ", ".join(dict.fromkeys(e.place for e in equations[1:]))
     remedy = f"Its other equations: {others}. Solve them by hand." if others else "Solve it by hand."
-    return refuse(equations[0].place, f"an algebraic loop between {names}", EXPLICIT, remedy)
+    return refuse(equations[0].place, f"an algebraic loop between {looped}", EXPLICIT, remedy)
 
 
 def _isolated(equation: _Scalar, symbol: Any) -> Any:
@@ -195,15 +193,12 @@ def _inserted(solved: Solved, expressions: list[Any]) -> list[Any]:
     return ca.substitute_inplace(list(symbols), list(values), expressions, False)[1]  # noqa: FBT003 - CasADi's signature
 
 
+def _repeated(value: Any, n: int) -> Any:
+    """A column of `n` elements; a scalar stands for all of them."""
+    return value if value.numel() == n else ca.repmat(value, n, 1)
+
+
 def _symbols(name: str, shape: tuple[int, ...]) -> Any:
     if not shape:
         return ca.SX.sym(name)
     return ca.vertcat(ca.SX(0, 1), *(ca.SX.sym(f"{name}[{i + 1}]") for i in range(shape[0])))
-
-
-def _names(node: Any) -> set[str]:
-    """All names that an expression refers to."""
-    if isinstance(node, Mapping):
-        own = {node["VarRef"]["name"]["name"]} if "VarRef" in node else set()
-        return own.union(*map(_names, node.values()))
-    return set().union(*map(_names, node)) if isinstance(node, list) else set()

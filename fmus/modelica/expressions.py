@@ -10,7 +10,7 @@ from typing import Any, Final
 import casadi as ca
 
 from components.interfaces.problem import choices, refuse
-from fmus.modelica.flat import EXPLICIT, Tree
+from fmus.modelica.flat import EXPLICIT, Tree, nodes
 
 _OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     **dict.fromkeys(("Add", "AddElem"), lambda a, b: a + b),
@@ -96,10 +96,10 @@ class Expressions:
                 raise refuse(place, "`der` of an expression", "der(x) of a variable x")
             return _element(argument["VarRef"], place, self._derivatives)
         arguments = [self.value(item, place) for item in node["args"]]
-        wanted = 1 if name in {"Min", "Max"} and len(arguments) == 1 else 0  # of all elements of an array
-        if name not in _FUNCTIONS or wanted:
+        of_array = name in {"Min", "Max"} and len(arguments) == 1
+        if name not in _FUNCTIONS or of_array:
             called = name[0].lower() + name[1:]
-            raise refuse(place, f"the function `{called}`" + (" of an array" if wanted else ""), FUNCTIONS)
+            raise refuse(place, f"the function `{called}`" + (" of an array" if of_array else ""), FUNCTIONS)
         return _FUNCTIONS[name](*arguments)
 
 
@@ -129,11 +129,8 @@ def _count(n: Any) -> int:
     return int(n)
 
 
-def states_in(node: Any) -> set[str]:
+def states_in(tree: Any) -> set[str]:
     """The names of all variables whose derivative occurs in a tree."""
-    if isinstance(node, dict):
-        call = node.get("BuiltinCall")
-        if call and call["function"] == "Der" and "VarRef" in call["args"][0]:
-            return {call["args"][0]["VarRef"]["name"]["name"]}
-        return set().union(*map(states_in, node.values()))
-    return set().union(*map(states_in, node)) if isinstance(node, list) else set()
+    calls = (node["BuiltinCall"] for node in nodes(tree) if "BuiltinCall" in node)
+    derived = (call["args"][0] for call in calls if call["function"] == "Der")
+    return {argument["VarRef"]["name"]["name"] for argument in derived if "VarRef" in argument}

@@ -104,6 +104,19 @@ def read(path: Path, model: str | None = None) -> FlatModel:
     )
 
 
+def nodes(tree: Any) -> Iterator[Mapping[str, Any]]:
+    """All parts of one of rumoca's trees, each before the parts in it."""
+    if isinstance(tree, dict):
+        yield tree
+    for part in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
+        yield from nodes(part)
+
+
+def names(tree: Any) -> set[str]:
+    """All names that an expression refers to."""
+    return {node["VarRef"]["name"]["name"] for node in nodes(tree) if "VarRef" in node}
+
+
 def _compiled(path: Path, model: str | None) -> Any:
     try:
         import rumoca  # noqa: PLC0415 - an extra, and large
@@ -147,16 +160,11 @@ class _Places:
         return f"{name}:{text[: span['start']].count(bytes([10])) + 1}"
 
 
-def _spans(node: Any) -> Iterator[Mapping[str, Any]]:
-    if isinstance(node, dict):
+def _spans(tree: Any) -> Iterator[Mapping[str, Any]]:
+    for node in nodes(tree):
         for key in ("span", "source_span"):
             if isinstance(node.get(key), dict) and "source" in node[key]:
                 yield node[key]
-        for part in node.values():
-            yield from _spans(part)
-    elif isinstance(node, list):
-        for part in node:
-            yield from _spans(part)
 
 
 def _left_out(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
@@ -205,18 +213,11 @@ def _role(raw: Mapping[str, Any], flat: Mapping[str, Any]) -> Role:
         return "dependent"
     if "Parameter" in raw["variability"]:
         own = not (raw["is_protected"] or raw["evaluate"] or flat["variable_final_flags"].get(name))
-        return "parameter" if own and not _refers(raw["binding"]) else "dependent"
+        return "parameter" if own and not names(raw["binding"]) else "dependent"
     if "Input" in raw["causality"] and first in flat["top_level_input_components"]:
         return "input"
     at_top = "." not in name or first in (*flat["top_level_connectors"], *flat["record_instances"])
     return "output" if "Output" in raw["causality"] and at_top and not raw["is_protected"] else "local"
-
-
-def _refers(node: Any) -> bool:
-    """Whether an expression names a variable."""
-    if isinstance(node, dict):
-        return "VarRef" in node or any(map(_refers, node.values()))
-    return isinstance(node, list) and any(map(_refers, node))
 
 
 def _equations(raw: list[Mapping[str, Any]], places: _Places) -> Iterator[Equation]:
