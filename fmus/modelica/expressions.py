@@ -33,17 +33,19 @@ _SIGNS: Final[Mapping[str, Callable[[Any], Any]]] = {"Plus": lambda a: a, "Minus
 _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     **{
         name.capitalize(): getattr(ca, name)
-        for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")
+        for name in (
+            *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+            *("exp", "log", "log10", "sqrt", "sign"),
+        )
     },
-    **{name.capitalize(): getattr(ca, name) for name in ("log10", "sqrt", "sign")},
     "Abs": ca.fabs,
     "Min": ca.fmin,
     "Max": ca.fmax,
     "NoEvent": lambda a: a,
     "Smooth": lambda _, a: a,
-    "Zeros": lambda n: ca.SX.zeros(_count(n)),
-    "Ones": lambda n: ca.SX.ones(_count(n)),
-    "Fill": lambda a, n: ca.repmat(a, _count(n), 1),
+    "Zeros": lambda n: ca.SX.zeros(int(n)),
+    "Ones": lambda n: ca.SX.ones(int(n)),
+    "Fill": lambda a, n: ca.repmat(a, int(n), 1),
 }
 FUNCTIONS: Final = choices(sorted([*(name[0].lower() + name[1:] for name in _FUNCTIONS), "der"]))
 
@@ -97,10 +99,14 @@ class Expressions:
             return _element(argument["VarRef"], place, self._derivatives)
         arguments = [self.value(item, place) for item in node["args"]]
         of_array = name in {"Min", "Max"} and len(arguments) == 1
+        called = name[0].lower() + name[1:]
         if name not in _FUNCTIONS or of_array:
-            called = name[0].lower() + name[1:]
             raise refuse(place, f"the function `{called}`" + (" of an array" if of_array else ""), FUNCTIONS)
-        return _FUNCTIONS[name](*arguments)
+        try:
+            return _FUNCTIONS[name](*arguments)
+        except (TypeError, RuntimeError, NotImplementedError) as error:  # what CasADi makes of it
+            valid = "scalars and one-dimensional arrays; a length that a number or a constant gives"
+            raise refuse(place, f"arguments that `{called}` cannot take here", valid) from error
 
 
 def _literal(node: Any, place: str) -> Any:
@@ -123,10 +129,6 @@ def _element(node: Any, place: str, columns: Mapping[str, Any]) -> Any:
     if not isinstance(index, int) or len(node["subscripts"]) > 1:
         raise refuse(place, f"an index of `{name}` that is no number", EXPLICIT)
     return column[index - 1]
-
-
-def _count(n: Any) -> int:
-    return int(n)
 
 
 def states_in(tree: Any) -> set[str]:

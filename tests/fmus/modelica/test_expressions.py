@@ -157,3 +157,22 @@ end P;
         "the function `f`",
         "Write its equations out.",
     )
+
+
+def test_a_length_that_a_parameter_gives_is_refused(written):
+    path = written(
+        """block M
+  parameter Integer k = 3;
+  input Real u;
+  output Real y[3];
+equation
+  y = fill(u, k);
+end M;
+"""
+    )
+    with pytest.raises(RequestError) as refused:
+        explicit(read(path))
+    assert str(refused.value) == (
+        f"{path}:6: found arguments that `fill` cannot take here; valid: scalars and one-dimensional arrays; a length"
+        " that a number or a constant gives"
+    )
