@@ -156,6 +156,9 @@ class System:
 
 def _problems(system: System) -> Iterator[Problem]:
     for name, socket in system.sockets.items():
+        if name not in system.units:
+            yield Problem(f"socket `{socket.name}`", f"the unknown unit `{name}`", choices(system.units))
+            continue
         interface = system.units[name].interface
         yield from socket.problems(name, interface.inputs, interface.outputs)
     for name, source in system.units.items():

@@ -8,23 +8,21 @@ its file and line, all of it at once; `lenient` turns breaches of the standard w
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 
-from components.interfaces.problem import RequestError, choices, did_you_mean, refuse
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.isolation import isolated
-from orchestrator.log import EVERYTHING
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Scenario
@@ -32,17 +30,14 @@ from orchestrator.scene import Scene
 from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
+from orchestrator.ssp.notes import NOTHING, STEP, Notes, read_notes
 from orchestrator.ssp.parameters import Value, gather
 from orchestrator.ssp.parts import Part, open_parts, problem_at, with_parameters
 from orchestrator.ssp.rules import NS
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring
-from orchestrator.ssp.writer import OURS
 from orchestrator.system import Source, System
-
-STEP: Final = 0.1
-"""[s] Macro step of an SSP that says none; SSP itself has no place for it"""
 
 _MANY: Final = 12
 """Inputs that a remark names"""
@@ -73,17 +68,18 @@ def read(  # noqa: PLR0913 - what a person can change
     root = None if document is None else read_structure(document)
     if document is None or root is None:
         raise RequestError(findings.problems)
-    notes = _notes(document)
+    notes = read_notes(document)
+    known = notes or NOTHING
     parts = open_parts(root, findings, ours=notes is not None)
     experiment = _experiment(document, notes, step, stop_time)
     units, assembly, sources = _units(root, parts, findings, settings or {})
-    requests = [f"{name}:{seconds}" for name, seconds in (notes or {}).get("isolated", {}).items()]
+    requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items()]
     units = findings.attempt(lambda: isolated(units, [*requests, *isolate])) or units
-    scene, scene_sources = _scene(notes, (settings or {}).get("scene", ()), findings)
+    scene, scene_sources = _scene(known, (settings or {}).get("scene", ()), findings)
     system = _system(units, assembly, notes, _steps(notes, parts, experiment))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    _tell_left(assembly, notes)
+    _tell_left(assembly, known)
     late = notes is None and open_dependencies_close_a_loop(system)
     if late:
         findings.remarks.append(OPEN_LOOP)
@@ -96,21 +92,23 @@ def read(  # noqa: PLR0913 - what a person can change
         scene=scene,
         h=experiment.step,
         until=experiment.until,
-        sources={**sources, **((notes or {}).get("sources", {})), **scene_sources},
-        **_manner(notes or {"algorithm": Algorithm.JACOBI if late else Algorithm.SEQUENTIAL}),
+        sources={**sources, **known.sources, **scene_sources},
+        record=known.record,
+        algorithm=Algorithm.JACOBI if late else algorithm_named(known.algorithm),
+        solve_loops=known.solve_loops,
         remarks=(*findings.remarks, *experiment.remarks),
     )
 
 
 def _system(
-    units: Mapping[str, Source], assembly: Assembly, notes: Mapping[str, Any] | None, steps: Mapping[str, Fraction]
+    units: Mapping[str, Source], assembly: Assembly, notes: Notes | None, steps: Mapping[str, Fraction]
 ) -> System | None:
     """The system; None where it is wrong: the findings say why, with the places in the SSP."""
     try:
         return System(
             units=units,
             wiring=assembly.wiring,
-            held=assembly.held | _noted_inputs(notes, units),
+            held=assembly.held | _noted_inputs(notes or NOTHING, units),
             sockets=_sockets(notes, units),
             transformations=assembly.transformations,
             unconverted=frozenset(assembly.unconverted),
@@ -121,9 +119,9 @@ def _system(
         return None
 
 
-def _tell_left(assembly: Assembly, notes: Mapping[str, Any] | None) -> None:
+def _tell_left(assembly: Assembly, notes: Notes) -> None:
     """One remark on the inputs that nothing drives or sets."""
-    left = [told for told in assembly.left if told.partition(" = ")[0] not in (notes or {}).get("held", {})]
+    left = [told for told in assembly.left if told.partition(" = ")[0] not in notes.held]
     if left:
         more = f" and {len(left) - _MANY} others" if len(left) > _MANY else ""
         told = f"inputs that nothing drives keep their start values: {', '.join(left[:_MANY])}{more}"
@@ -141,30 +139,6 @@ def _description(path: Path, findings: Findings) -> Document | None:
     return read_document(package, file)
 
 
-def _notes(document: Document) -> dict[str, Any] | None:
-    """What our annotation says; None in a system of another maker. Raises `RequestError`."""
-    node = document.root.find(f".//{{{OURS}}}Scenario")
-    if node is None or not node.text:
-        return None
-    valid = "what macrostep wrote"
-    try:
-        notes: Any = json.loads(node.text)
-    except ValueError as error:
-        raise refuse(document.at(node), f"an annotation that is no JSON ({error})", valid) from error
-    if not isinstance(notes, dict) or not {"step", "sockets"} <= notes.keys():
-        raise refuse(document.at(node), "an annotation without a step or sockets", valid)
-    return cast(dict[str, Any], notes)
-
-
-def _manner(notes: Mapping[str, Any]) -> dict[str, Any]:
-    """How the run that the SSP comes from was run."""
-    return {
-        "algorithm": algorithm_named(notes.get("algorithm", Algorithm.SEQUENTIAL)),
-        "solve_loops": bool(notes.get("solve_loops", False)),
-        "record": notes.get("record", dict(EVERYTHING)),
-    }
-
-
 def _is_file_name(name: str) -> bool:
     return name not in {"", ".."} and Path(name).name == name
 
@@ -180,9 +154,7 @@ class _Experiment:
     remarks: tuple[str, ...]
 
 
-def _experiment(
-    document: Document, notes: Mapping[str, Any] | None, step: float | None, stop_time: float | None
-) -> _Experiment:
+def _experiment(document: Document, notes: Notes | None, step: float | None, stop_time: float | None) -> _Experiment:
     findings, remarks = document.findings, ()
     node = document.root.find("ssd:DefaultExperiment", NS)
     start = until = None
@@ -195,7 +167,7 @@ def _experiment(
         where = document.at(document.root if node is None else node)
         findings.wrong(where, "no stop time", "a number of seconds", "Say how long with --stop-time.")
     if step is None:
-        step = float(notes["step"]) if notes else _hinted_step(document)
+        step = notes.step if notes else _hinted_step(document)
     if step is None:
         remarks = (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
     return _Experiment(STEP if step is None else step, until or 0.0, remarks)
@@ -263,32 +235,29 @@ def _refuse_others(part: Part, assembly: Assembly) -> None:
             assembly.findings.wrong(value.step.where, told, "values of parameters, inputs and start values")
 
 
-def _steps(
-    notes: Mapping[str, Any] | None, parts: Mapping[tuple[str, ...], Part], experiment: _Experiment
-) -> dict[str, Fraction]:
+def _steps(notes: Notes | None, parts: Mapping[tuple[str, ...], Part], experiment: _Experiment) -> dict[str, Fraction]:
     """Units with a step of their own: as our annotation says, or OSP's for a component."""
     if notes is not None:
-        return {name: Fraction(ratio) for name, ratio in notes.get("steps", {}).items()}
+        return notes.steps
     hints = {part.name: part.component.step_size for part in parts.values() if part.component.step_size}
     found = {n: Fraction(hint / experiment.step).limit_denominator(10_000) for n, hint in hints.items()}
     return {n: ratio for n, ratio in found.items() if ratio != 1}
 
 
-def _noted_inputs(notes: Mapping[str, Any] | None, units: Mapping[str, Source]) -> dict[str, Any]:
+def _noted_inputs(notes: Notes, units: Mapping[str, Source]) -> dict[str, Any]:
     """Held inputs of our annotation, bytes being hexadecimal digits there."""
     kinds = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
-    held: dict[str, Any] = dict((notes or {}).get("held", {}))
-    return {path: _bytes(value) if kinds.get(path) is Type.BINARY else value for path, value in held.items()}
+    return {path: _bytes(value) if kinds.get(path) is Type.BINARY else value for path, value in notes.held.items()}
 
 
 def _bytes(value: Any) -> Any:
     return bytes.fromhex(value) if isinstance(value, str) else [_bytes(item) for item in value]
 
 
-def _sockets(notes: Mapping[str, Any] | None, units: Mapping[str, Source]) -> dict[str, Socket]:
+def _sockets(notes: Notes | None, units: Mapping[str, Source]) -> dict[str, Socket]:
     """The sockets that units fill: as our annotation says, or where a unit fits one that no other has taken."""
     if notes is not None:
-        return {name: SOCKETS[socket] for name, socket in notes["sockets"].items()}
+        return {name: SOCKETS[socket] for name, socket in notes.sockets.items()}
     found: dict[str, Socket] = {}
     for name, source in units.items():
         fitting = (
@@ -302,17 +271,17 @@ def _sockets(notes: Mapping[str, Any] | None, units: Mapping[str, Source]) -> di
 
 
 def _scene(
-    notes: Mapping[str, Any] | None, settings: Sequence[Setting], findings: Findings
+    notes: Notes, settings: Sequence[Setting], findings: Findings
 ) -> tuple[Scene | None, dict[str, Mapping[str, Any]]]:
-    own = (notes or {}).get("scene")
-    if not own:
+    if not notes.scene:
         for setting in settings:
             findings.wrong(f"--set scene.{setting.name}", "a scene", "a parameter of a unit: the SSP has no scene")
         return None, {}
     declared = variables(Scene)
     units = {v.name: v.quantity.unit for v in declared}
-    given = {name: Given(value=value, unit=units[name], source="") for name, value in own.items()}
+    given = {n: Given(value=value, unit=units.get(n, ""), source="") for n, value in notes.scene.items()}
     values, problems = values_of("scene", declared, {}, given, settings)
+    problems += [Problem(f"scene.{n}", "no value", "a number") for n in units if n not in values]
     if problems:
         findings.problems += problems
         return None, {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import random
 import re
 import zipfile
@@ -388,6 +389,37 @@ def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
     end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
     end += f"{note}</ssc:Annotation></ssd:Annotations>"
     assert read(tmp_path, files, body(A), end=end) == [f"line 12: found {found}; valid: what macrostep wrote"]
+
+
+@pytest.mark.parametrize(
+    ("note", "found"),
+    [
+        ({"step": -1}, ["line 12: step: found `-1`; valid: greater than 0"]),
+        ({"sockets": {"b": "plant"}}, ["socket `plant`: found the unknown unit `b`; valid: a"]),
+        (
+            {"sockets": {"a": "plan"}, "isolated": {"a": 0}, "mood": "good"},
+            [
+                "line 12: sockets.a: found `plan`; valid: 'plant', 'traffic' or 'controller'",
+                "line 12: isolated.a: found `0`; valid: greater than 0",
+                "line 12: mood: found an unknown entry; valid: algorithm, held, isolated, record, scene, sockets,"
+                " solve_loops, sources, step, steps",
+            ],
+        ),
+        (
+            {"scene": dict.fromkeys(("ego_length", "ego_width", "l_gap", "y_left", "y_right", "y_lane", "trees"), 1.0)},
+            [
+                "scene.trees: found an unknown parameter; valid: ego_length, ego_width, l_gap, y_adjacent, y_lane,"
+                " y_left, y_right",
+                "scene.y_adjacent: found no value; valid: a number",
+            ],
+        ),
+    ],
+)
+def test_annotations_of_ours_that_say_what_cannot_be(tmp_path, files, note, found):
+    text = json.dumps({"step": 0.1, "sockets": {}, **note})
+    end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
+    end += f'<m:Scenario xmlns:m="urn:macrostep">{text}</m:Scenario></ssc:Annotation></ssd:Annotations>'
+    assert read(tmp_path, files, body(A), end=end) == found
 
 
 def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
