@@ -64,7 +64,6 @@ class Dynamics:
     """``start([x, y, delta, v, psi, r, beta], parameters) -> x``"""
     slope: Callable[[list[float], Sequence[float], Any], Sequence[float]]
     """``slope(x, [v_delta, a], parameters) -> dx/dt``"""
-    n: int
     speed: int
     moving: tuple[int, ...]
     """What is zero at standstill"""
@@ -159,14 +158,14 @@ def _stands(model: Dynamics, x: Array, u: Array) -> bool:
 def _rate(model: Dynamics, x: Array, u: Array, p: Array, *, held: bool) -> Array:
     """dx/dt; of a vehicle that is held, zero but for the steering; not a number where the model has none."""
     vehicle, T_delta = _parameters(int(p[0])), p[1]
-    v_delta, a = (u[0] - x[2]) / T_delta, 2 * u[1] / (vehicle.m * vehicle.R_w)  # (1)
+    v_delta, a = (u[0] - x[STEERING]) / T_delta, 2 * u[1] / (vehicle.m * vehicle.R_w)  # (1)
     try:
         slope = np.array(model.slope(x.tolist(), (v_delta, a), vehicle))
     except (ArithmeticError, ValueError):  # the package divides by speeds, and takes sines of what is not finite
-        return np.full(model.n, np.nan)
+        return np.full_like(x, np.nan)
     if model.wheels and abs(x[model.speed]) < KINEMATIC:
         slope[[*model.wheels]] = slope[model.speed] / vehicle.R_w
-    return np.where(np.arange(model.n) == STEERING, slope, 0.0) if held else slope
+    return np.where(np.arange(x.size) == STEERING, slope, 0.0) if held else slope
 
 
 def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
@@ -178,7 +177,7 @@ def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
             x[[model.speed, *model.moving]] = 0.0
             x, _ = _integrated(model, x, u, p, (t, end), held=True)
     except ArithmeticError:
-        return np.full(model.n, np.nan)
+        return np.full_like(x, np.nan)
     x[[model.speed, *model.wheels]] = np.maximum(x[[model.speed, *model.wheels]], 0.0)
     return x
 

@@ -74,7 +74,7 @@ class CommonroadMb(CommonRoadVehicle[MbState], Block[PlantInputs, MbState, Commo
 
         wheels = (23, 24, 25, 26)
         at_rest = (5, 7, 9, 10, 12, 14, 15, 17, 19, 20, 22, *wheels)  # all speeds
-        return Dynamics(start=init_mb, slope=vehicle_dynamics_mb, n=29, speed=3, moving=at_rest, wheels=wheels)
+        return Dynamics(start=init_mb, slope=vehicle_dynamics_mb, speed=3, moving=at_rest, wheels=wheels)
 
     def shown(self, x: MbState) -> VehicleState:
         """Of the sprung mass."""
