@@ -12,25 +12,34 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 
 from components.interfaces.problem import RequestError
+from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing import palette, rerun_stream, viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
 from orchestrator.viewing.rerun_program import answers, executable
+from orchestrator.viewing.rerun_stream import RerunStream
 from tests.orchestrator.chromium import PROGRAM, Chromium
 
 SCREEN = {
-    "bird's eye": (0.0, 0.555, 0.09, 0.40),
-    "following": (0.56, 0.775, 0.09, 0.40),
-    "friction": (0.785, 1.0, 0.09, 0.40),
-    "did": (0.0, 0.187, 0.43, 0.95),
-    "felt": (0.19, 0.375, 0.43, 0.95),
-    "hard": (0.38, 0.563, 0.43, 0.95),
-    "fast": (0.57, 0.752, 0.43, 0.95),
-    "modes": (0.756, 1.0, 0.43, 0.68),
-    "events": (0.756, 1.0, 0.72, 0.95),
+    "bird's eye": (0.0, 0.555, 0.09, 0.36),
+    "following": (0.56, 0.775, 0.09, 0.36),
+    "friction": (0.785, 1.0, 0.09, 0.36),
+    "did": (0.0, 0.195, 0.42, 0.96),
+    "felt": (0.198, 0.39, 0.42, 0.96),
+    "the first seconds of felt": (0.205, 0.265, 0.72, 0.80),
+    "hard": (0.395, 0.586, 0.42, 0.96),
+    "the first seconds of hard": (0.402, 0.46, 0.42, 0.60),
+    "fast": (0.59, 0.782, 0.42, 0.96),
+    "modes": (0.786, 1.0, 0.42, 0.68),
+    "events": (0.786, 1.0, 0.72, 0.96),
+    # of a run that records its plant alone: a column less
+    "a quarter, felt": (0.0, 0.24, 0.42, 0.96),
+    "a quarter, hard": (0.248, 0.485, 0.42, 0.96),
+    "a quarter, fast": (0.49, 0.73, 0.42, 0.96),
 }
 """Left, right, top and bottom of each view, in shares of the window"""
 
@@ -84,11 +93,32 @@ def test_every_view_of_static_shows_what_it_must(static, graphics, tmp_path):
     world = (palette.EGO, palette.PATH, palette.OBSTACLE, palette.BOUNDARY, palette.CORRIDOR, palette.EDGE)
     wanted = {"bird's eye": world, "following": (palette.EGO, palette.PATH, palette.ROAD), **ANSWERS}
     wanted["friction"] = (palette.LIMIT, palette.SERIES[0])
+    wanted["the first seconds of felt"] = palette.SERIES[1:2]  # no legend hides them
+    wanted["the first seconds of hard"] = palette.SERIES[4:]
     assert _missing(early, wanted) == []
     assert _missing(late, {**wanted, "bird's eye": world[:3]}) == []
     assert _count(early, "events", (255, 255, 255), 120) > 500
     moved = np.abs(early - late).max(axis=-1) > 30
     assert moved[: moved.shape[0] // 3].sum() > 5000, "the world moves on"
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
+def test_views_of_what_is_not_recorded_leave_their_room_to_the_others(static, graphics, tmp_path):
+    run = kept.find(static)
+    frame = pd.read_parquet(static / "signals.parquet")
+    rows = {name: frame[name].to_numpy() for name in frame if name == "time" or name.startswith("plant.")}
+    scenario, path = run.scenario, tmp_path / "plant.rrd"
+    stream = RerunStream(path, scenario.system, scenario.scene, name="plant", h=0.1, about={}, recorded=[list(rows)])
+    stream.log(rows, None)
+    stream.close()
+    (content,) = photograph(path, [4.0])
+    picture = np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
+    wanted = {"bird's eye": (palette.EGO, palette.EDGE), "following": (palette.EGO,), "friction": (palette.LIMIT,)}
+    quarters = {f"a quarter, {name}": ANSWERS[name] for name in ("felt", "fast")}
+    quarters["a quarter, hard"] = (palette.LIMIT, *palette.SERIES[4:])
+    assert _missing(picture, wanted | quarters) == []
+    assert _count(picture, "bird's eye", palette.PATH) == _count(picture, "following", palette.CORRIDOR) == 0
 
 
 @pytest.mark.viewer
