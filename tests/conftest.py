@@ -12,7 +12,8 @@ from orchestrator import cli, scenario
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 
-# machines are shared and noisy: a slow example is no fault, and examples are the same in every run
+# machines are shared and noisy: a slow example is no fault; examples are the same in every run of the same files
+# (Hypothesis tries the constants of all our modules that are loaded: another choice of tests gets other examples)
 settings.register_profile("macrostep", deadline=None, derandomize=True)
 settings.load_profile("macrostep")
 

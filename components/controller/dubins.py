@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from components.interfaces.buses import Waypoints
-from components.interfaces.maths import absolute, acos, atan2, clip, cos, fmax, sin, sqrt, vector, where
+from components.interfaces.maths import absolute, atan2, clip, cos, fmax, sin, sqrt, vector, where
 
 
 def radius(v: float, mu: float, g: float) -> float:
@@ -34,9 +34,9 @@ class LaneChange:
 
     @property
     def theta(self) -> float:
-        """Angle of each arc, from ``2 R cos(theta) - l_d sin(theta) = 2 R - |w|``."""
-        c = sqrt(4 * self.R * self.R + self.l_d * self.l_d)
-        return acos((2 * self.R - absolute(self.w)) / c) - atan2(self.l_d, 2 * self.R)
+        """Angle of each arc, from ``2 R cos(theta) - l_d sin(theta) = 2 R - |w|``; exact for small ones too."""
+        w = absolute(self.w)
+        return 2 * atan2(w, self.l_d + sqrt(self.l_d * self.l_d + w * (4 * self.R - w)))
 
     @property
     def length(self) -> float:
