@@ -21,7 +21,7 @@ from fmus.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
 from orchestrator.lowering import Call, Lowered
-from orchestrator.schedule import Algorithm, Schedule, algorithm_named, schedule
+from orchestrator.schedule import Algorithm, Schedule, algorithm_named, macro_step, schedule
 from orchestrator.system import System
 from orchestrator.table import Table
 
@@ -248,8 +248,7 @@ def simulate(
 
 
 def _ticks(h: float, until: float) -> int:
-    if not (np.isfinite(h) and h > 0):
-        raise refuse("step", f"{h:g} s", "a positive number of seconds")
+    macro_step(h)
     if not (np.isfinite(until) and until >= 0):
         raise refuse("stop time", f"{until:g} s", "a number of seconds, 0 or more")
     ticks = round(until / h)

@@ -32,7 +32,7 @@ from orchestrator.parameters import (
 )
 from orchestrator.parts import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
 from orchestrator.scene import Scene
-from orchestrator.schedule import Algorithm, algorithm_named
+from orchestrator.schedule import Algorithm, algorithm_named, macro_step
 from orchestrator.settings import parse_record, parse_settings
 from orchestrator.system import Fmu, InProcess, Source, System
 
@@ -278,4 +278,4 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, 
             raise refuse(f"experiment.{name}", f"`{given.value}` in `{given.unit}`", "a number in `s`")
         chosen[name] = float(given.value)
         told[f"experiment.{name}"] = given.model_dump()
-    return chosen["step"], chosen["stop_time"], told
+    return macro_step(chosen["step"]), chosen["stop_time"], told

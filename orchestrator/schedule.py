@@ -19,17 +19,21 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, refuse
 from fmus.unit import Interface, Unit
 from orchestrator.system import Connection, Source, System
+
+STEP: Final = 0.1
+"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it"""
 
 
 class Algorithm(StrEnum):
@@ -78,6 +82,13 @@ def algorithm_named(name: str) -> Algorithm:
     if name not in set(Algorithm):
         raise refuse("algorithm", f"`{name}`", choices(Algorithm))
     return Algorithm(name)
+
+
+def macro_step(h: float) -> float:
+    """A macro step [s] that can be stepped with. Raises `RequestError`."""
+    if not (math.isfinite(h) and h > 0):
+        raise refuse("step", f"{h:g} s", "a positive number of seconds")
+    return h
 
 
 def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, solve_loops: bool = False) -> Schedule:

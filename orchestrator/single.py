@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import zeros
@@ -14,10 +15,8 @@ from orchestrator.isolation import isolated
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Options, Scenario
+from orchestrator.schedule import STEP, macro_step
 from orchestrator.system import Fmu, System
-
-STEP: Final = 0.1
-"""[s] Macro step where neither the FMU nor a person says one"""
 
 
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
@@ -64,12 +63,12 @@ def _start(variable: Variable, starts: Mapping[str, Any]) -> Any:
 def _experiment(asked: Any, options: Options) -> tuple[float, float, list[str]]:
     remarks: list[str] = []
     step, until = (getattr(asked, name, None) for name in ("stepSize", "stopTime"))
-    h = options.step or (float(step) if step else STEP)
+    h = macro_step(float(step or STEP) if options.step is None else options.step)
     if options.step is None and not step:
         remarks.append(f"the FMU says no step: {STEP:g} s is used; --step changes it")
     if options.stop_time is not None:
         return h, options.stop_time, remarks
-    if until is None:
+    if until is None or not math.isfinite(float(until)):
         raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
     ticks = round(float(until) / h)
     return h, float(until) if abs(ticks * h - float(until)) <= 1e-9 * max(1.0, float(until)) else ticks * h, remarks

@@ -11,12 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from components.interfaces.problem import refuse
 from orchestrator.log import EVERYTHING
 from orchestrator.parameters import checked
-from orchestrator.schedule import Algorithm
+from orchestrator.schedule import STEP, Algorithm
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.writer import OURS
-
-STEP: Final = 0.1
-"""[s] Macro step of an SSP that says none; SSP itself has no place for it"""
 
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -27,10 +27,10 @@ from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Scenario
 from orchestrator.scene import Scene
-from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop
+from orchestrator.schedule import STEP, Algorithm, algorithm_named, macro_step, open_dependencies_close_a_loop
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
-from orchestrator.ssp.notes import NOTHING, STEP, Notes, read_notes
+from orchestrator.ssp.notes import NOTHING, Notes, read_notes
 from orchestrator.ssp.parameters import Value, gather
 from orchestrator.ssp.parts import Part, open_parts, problem_at, with_parameters
 from orchestrator.ssp.rules import NS
@@ -169,8 +169,8 @@ def _experiment(document: Document, notes: Notes | None, step: float | None, sto
     if step is None:
         step = notes.step if notes else _hinted_step(document)
     if step is None:
-        remarks = (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
-    return _Experiment(STEP if step is None else step, until or 0.0, remarks)
+        step, remarks = STEP, (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
+    return _Experiment(findings.attempt(lambda: macro_step(step)) or STEP, until or 0.0, remarks)
 
 
 def _hinted_step(document: Document) -> float | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from components import BLOCKS
@@ -164,3 +166,11 @@ def test_what_is_recorded_stands_in_the_scenario_and_options_replace_it(tmp_path
 def test_a_pattern_without_a_whole_number_of_ticks_is_told(text):
     valid = "PATTERN or PATTERN:N, N a whole number of ticks. Try plant.*:10."
     assert wrong("static", record=[text]) == [f"--record {text}: found text of another form; valid: {valid}"]
+
+
+def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
+    text = (scenarios.SCENARIOS / "idle.toml").read_text()
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace("[plant]", '[plant]\nstep = { value = 0.01, unit = "s", source = "ours" }'))
+    assert prepare(str(path), BLOCKS_ONLY).system.steps["plant"] == Fraction(1, 10)
+    assert wrong(str(path), step=0.0) == ["step: found 0 s; valid: a positive number of seconds"]

@@ -40,6 +40,7 @@ def test_inputs_stay_at_what_is_set_and_the_rest_at_its_start(built_fmus, versio
     ("options", "message"),
     [
         ({}, "stop time: found none in the FMU; valid: a number of seconds. Say how long with --stop-time."),
+        ({"step": 0.0, "stop_time": 1.0}, "step: found 0 s; valid: a positive number of seconds"),
         (
             {"settings": ["plant.m=1"], "stop_time": 1.0},
             "--set plant: found an unknown unit; valid: fmu. Write --set fmu.NAME=VALUE.",

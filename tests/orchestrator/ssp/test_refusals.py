@@ -36,6 +36,10 @@ from tests.orchestrator.ssps import (
 PORTS = connectors("u:input", "y_u:output")
 A, B = component("a", "plain.fmu", PORTS), component("b", "plain.fmu", PORTS)
 KINDS = "an output to an input, a parameter to a parameter, and through connectors of the system of the same kind"
+STEP_SIZE_HINT = (
+    '<ssd:Annotations><ssc:Annotation type="com.opensimulationplatform"><osp:StepSizeHint value="0.2"'
+    ' xmlns:osp="http://opensimulationplatform.com/SSP/OSPAnnotations"/></ssc:Annotation></ssd:Annotations>'
+)
 LENIENT = ". Have the file corrected by its maker, or read it as it is with --lenient."
 
 
@@ -333,6 +337,10 @@ def test_experiments_that_cannot_be_run(tmp_path, files):
         "line 2: found no stop time; valid: a number of seconds. Say how long with --stop-time."
     ]
     assert ssp_reader.read(tmp_path / "theirs.ssp", stop_time=1.0).until == 1.0
+    hasty = body(component("a", "plain.fmu", PORTS + STEP_SIZE_HINT))
+    assert read(tmp_path, files, hasty, options={"step": 0.0}) == [
+        "step: found 0 s; valid: a positive number of seconds"
+    ]
     later = '<ssd:DefaultExperiment startTime="10" stopTime="20"/>'
     assert read(tmp_path, files, body(A), end=later) == [
         f"line 12: found a start time of 10 s; valid: 0 s, when every run begins{LENIENT}"
