@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ from fmpy import freeLibrary
 
 from components.interfaces.problem import choices, refuse
 from fmus.platform_names import binary_path, platform_tuple
-from fmus.recompile import compiled, has_sources
+from fmus.recompile import compile_library, has_sources
 from fmus.version import Version
 
 if TYPE_CHECKING:
@@ -27,10 +26,9 @@ def binary_remark(archive: Archive) -> str | None:
     """What is to be said of the library before it is loaded. Raises `RequestError` when there can be none."""
     if binary(archive):
         return None
-    identifier = archive.kind.modelIdentifier
-    if has_sources(archive.root, archive.version, archive.files, identifier):
+    if has_sources(archive):
         return f"no binary for {platform_tuple()}; compiled here from the sources inside"
-    found = f"no binary for {platform_tuple()} ({binary_path(archive.version, identifier)}), and no sources to compile"
+    found = f"no binary for {platform_tuple()} ({_place(archive)}), and no sources to compile"
     valid = "a binary for this platform, or the sources inside"
     folders = platforms(archive)
     remedy = f"It has binaries for {choices(folders)}." if folders else "Compile the FMU for this platform."
@@ -39,9 +37,13 @@ def binary_remark(archive: Archive) -> str | None:
 
 def binary(archive: Archive) -> str | None:
     """The file in the FMU that is its library here; some FMI 2.0 files use the platform names of FMI 3.0."""
-    identifier = archive.kind.modelIdentifier
-    paths = [binary_path(archive.version, identifier), binary_path(Version.FMI3, identifier)]
+    paths = [_place(archive), binary_path(Version.FMI3, archive.kind.modelIdentifier)]
     return next((path for path in paths if path in archive.files), None)
+
+
+def _place(archive: Archive) -> str:
+    """Where the library has to be by the rules of FMI."""
+    return binary_path(archive.version, archive.kind.modelIdentifier)
 
 
 def platforms(archive: Archive) -> list[str]:
@@ -51,24 +53,21 @@ def platforms(archive: Archive) -> list[str]:
 
 def loaded(kind: Any, archive: Archive, folder: Path, name: str) -> Any:
     """FMPy's object for the FMU that is unpacked in `folder`. Raises `RequestError` when its library is of no use."""
-    identifier = archive.kind.modelIdentifier
     found = binary(archive)
-    place = folder / binary_path(archive.version, identifier)
+    path = found or _place(archive)
+    library, where = folder / path, f"{archive.path}, {path}"
     if found is None:
-        compiled(archive.root, archive.version, identifier, archive.path, folder)
-    elif folder / found != place:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree((folder / found).parent, place.parent, dirs_exist_ok=True)
-    where = f"{archive.path}, {place.relative_to(folder).as_posix()}"
-    opened = _opened(place, where)
+        library.parent.mkdir(parents=True, exist_ok=True)
+        compile_library(archive, folder, library)
+    opened = _opened(library, where)
     try:
         _refuse_incomplete(opened, kind, archive.version, where)
-        return kind(
+        return kind(  # FMPy knows where FMI 3.0 has its libraries, and takes no other place
             guid=archive.description.guid,
-            modelIdentifier=identifier,
+            modelIdentifier=archive.kind.modelIdentifier,
             unzipDirectory=str(folder),
             instanceName=name,
-            **({"libraryPath": str(place)} if archive.version == Version.FMI2 else {}),
+            **({"libraryPath": str(library)} if archive.version == Version.FMI2 else {}),
         )
     finally:
         freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened it once more, and closes only that

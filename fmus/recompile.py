@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 import platformdirs
 
 from components.interfaces.problem import refuse
 from fmus.compiler import required_compiler
-from fmus.platform_names import binary_path, platform_tuple
+from fmus.platform_names import platform_tuple
 from fmus.unpack import parse_xml
 from fmus.version import Version
+
+if TYPE_CHECKING:
+    from fmus.archive import Archive
 
 BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
 _VALID: Final = "sources that a C compiler takes"
@@ -35,45 +40,48 @@ class Sources:
     libraries: tuple[str, ...] = ()
 
 
-def has_sources(root: Any, version: Version, names: frozenset[str], identifier: str) -> bool:
+def has_sources(archive: Archive) -> bool:
     """Whether an FMU brings the sources of its binary, and says which they are."""
-    if version == Version.FMI3:
-        return BUILD_DESCRIPTION in names
-    return bool(_fmi2_files(root, identifier))
+    if archive.version == Version.FMI3:
+        return BUILD_DESCRIPTION in archive.files
+    return bool(_fmi2_files(archive))
 
 
-def _fmi2_files(root: Any, identifier: str) -> list[str]:
-    interfaces = [e for e in root if e.get("modelIdentifier") == identifier]
+def _fmi2_files(archive: Archive) -> list[str]:
+    interfaces = [e for e in archive.root if e.get("modelIdentifier") == archive.kind.modelIdentifier]
     return list(dict.fromkeys(f.get("name") for e in interfaces for f in e.iterfind("SourceFiles/File")))
 
 
-def compiled(root: Any, version: Version, identifier: str, fmu: Path, folder: Path) -> Path:
-    """The library of the FMU that is unpacked in `folder`, compiled where it has not been before.
+def compile_library(archive: Archive, folder: Path, target: Path) -> None:
+    """Put the library of the FMU that is unpacked in `folder` at `target`, compiled where it has not been before.
 
     Raises `RequestError` when there is no compiler, or the sources do not compile.
     """
     compiler = required_compiler()
-    stamp = f"{platform_tuple()} {compiler.identity} {identifier}".encode()
-    key = hashlib.sha256(stamp + fmu.read_bytes()).hexdigest()[:32]
-    kept = platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}{Path(binary_path(version, 'x')).suffix}"
-    target = folder / binary_path(version, identifier)
-    target.parent.mkdir(parents=True, exist_ok=True)
+    stamp = f"{platform_tuple()} {compiler.identity} {archive.kind.modelIdentifier}".encode()
+    key = hashlib.sha256(stamp + archive.path.read_bytes()).hexdigest()[:32]
+    kept = platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}{target.suffix}"
     if kept.is_file():
         shutil.copyfile(kept, target)
-        return target
-    sources = _sources(root, version, identifier, folder, str(fmu))
-    _compile(compiler.command, sources, folder / "sources", target, str(fmu))
+        return
+    _compile(compiler.command, _sources(archive, folder), folder / "sources", target, str(archive.path))
+    with suppress(OSError):  # where nothing can be kept, it is compiled each time
+        _keep(target, kept)
+
+
+def _keep(library: Path, kept: Path) -> None:
+    """Whole or not at all: other processes may be at it too."""
     kept.parent.mkdir(parents=True, exist_ok=True)
-    beside = kept.with_suffix(".new")
-    shutil.copyfile(target, beside)
-    beside.replace(kept)  # another process may be at it too: whole or not at all
-    return target
+    beside = kept.with_suffix(f".{os.getpid()}")
+    shutil.copyfile(library, beside)
+    beside.replace(kept)
 
 
-def _sources(root: Any, version: Version, identifier: str, folder: Path, where: str) -> Sources:
-    if version == Version.FMI2:
-        return Sources(tuple(_fmi2_files(root, identifier)))
-    place = f"{where}, {BUILD_DESCRIPTION}"
+def _sources(archive: Archive, folder: Path) -> Sources:
+    if archive.version == Version.FMI2:
+        return Sources(tuple(_fmi2_files(archive)))
+    identifier = archive.kind.modelIdentifier
+    place = f"{archive.path}, {BUILD_DESCRIPTION}"
     description = parse_xml((folder / BUILD_DESCRIPTION).read_bytes(), place, "a build description")
     chosen = [c for c in description.iterfind("BuildConfiguration") if c.get("modelIdentifier") == identifier]
     if not chosen:

@@ -193,6 +193,11 @@ def test_sources_are_compiled_where_there_is_no_binary_and_kept(good, tmp_path, 
     assert kept[0].stat().st_mtime_ns == made
 
 
+def test_a_cache_that_cannot_be_written_to_costs_time_only(good, tmp_path, version, cache):
+    cache.write_text("no folder")
+    assert len(rows(with_sources(good, tmp_path, version))) == 2
+
+
 def test_sources_that_do_not_compile_are_told_with_the_compilers_words(good, tmp_path, version):
     text = refusal(with_sources(good, tmp_path, version, source="int x = ;"))
     assert text.startswith(f"m.fmu: found no binary for {HERE}, and sources that do not compile (m.c:1:9: error:")
