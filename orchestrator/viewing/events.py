@@ -6,9 +6,9 @@ in which it holds; what was so in the row before is kept from batch to batch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,14 +146,13 @@ class Log:
         own = np.column_stack([x[close], y[close], psi[close], size])
         other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])[close]
         gap, row = geometry.box_distance(own, other), boxes.row[close]
-        nearest = np.full(len(columns.time), np.inf)
-        np.minimum.at(nearest, row, gap)
-        identity = dict(zip(zip(row.tolist(), gap.tolist(), strict=True), boxes.id[close].tolist(), strict=True))
-        told: Callable[[Any], str] = lambda row: f"#{identity[int(row), float(nearest[row])]}"  # noqa: E731
+        nearest, identity = np.full(len(columns.time), np.inf), np.zeros(len(columns.time), dtype=np.int64)
+        falling = np.argsort(-gap, kind="stable")  # of several boxes in a row, the nearest is written last
+        nearest[row[falling]], identity[row[falling]] = gap[falling], boxes.id[close][falling]
         for row in self._memory.begins("near", (nearest > 0) & (nearest < self._scene.l_gap)):
-            yield Event(int(row), f"near miss: {nearest[row]:.2f} m to {told(row)}", "WARN")
+            yield Event(int(row), f"near miss: {nearest[row]:.2f} m to #{identity[row]}", "WARN")
         for row in self._memory.begins("contact", nearest <= 0):
-            yield Event(int(row), f"contact with {told(row)}", "ERROR")
+            yield Event(int(row), f"contact with #{identity[row]}", "ERROR")
 
     def _edge(self, columns: Columns) -> Iterator[Event]:
         ego = columns.bus(self._who.plant, *POSE)

@@ -22,6 +22,8 @@ from orchestrator.viewing.shapes import Array, Colour, Lines, LineStyle, Points,
 APART: Final = 1.5
 """Half of the distance between the middles of the two circles, in shares of the limit"""
 
+_MIDDLES: Final = np.array([[-APART, 0.0], [APART, 0.0]])
+
 _TYRE: Final = ("tyre", "mu_f", "mu_r", "F_cf", "F_cr")
 
 _TINY: Final = 1e-6
@@ -63,21 +65,19 @@ def styles(run: str, colour: Colour) -> Iterator[Style]:
     """The circles, and how the use of friction is drawn in them."""
     angle = np.linspace(0, 2 * np.pi, 65)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    middles = np.array([[-APART, 0.0], [APART, 0.0]])
-    half = circle / 2
     yield Still(
         entity=entity("friction", "limit"),
-        strips=[*(circle + middle for middle in middles)],
+        strips=[*(circle + middle for middle in _MIDDLES)],
         colour=palette.LIMIT,
         size=1.5,
     )
-    above = [np.array([[x - 0.01, -1.3], [x + 0.01, -1.3]]) for x in middles[:, 0]]
+    above = [np.array([[x - 0.01, -1.3], [x + 0.01, -1.3]]) for x in _MIDDLES[:, 0]]
     yield Still(
         entity=entity("friction", "axles"), strips=above, colour=palette.EDGE, size=0.1, labels=["front", "rear"]
     )
     cross = np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
-    grid = [*(half + middle for middle in middles), *(stroke + middle for middle in middles for stroke in cross)]
-    yield Still(entity=entity("friction", "grid"), strips=grid, colour=(110, 110, 110), size=0.5)
+    grid = [shape + middle for middle in _MIDDLES for shape in (circle / 2, *cross)]
+    yield Still(entity=entity("friction", "grid"), strips=grid, colour=palette.GRID, size=0.5)
     yield PointStyle(entity=entity("friction", run, "past"), size=2, colour=palette.paler(colour), plane=True)
     yield LineStyle(entity=entity("friction", run, "now"), size=3, colour=colour, plane=True)
 
@@ -87,9 +87,8 @@ def shapes(columns: Columns, who: Cast, most: tuple[float, float] | None, run: s
     found = shares(columns, who, most)
     if found is None:
         return
-    middles = np.array([[-APART, 0.0], [APART, 0.0]])
-    ends = middles + np.stack([-found[..., 1], -found[..., 0]], axis=-1)  # left and up; planes have y down
-    strokes = np.stack([np.broadcast_to(middles, ends.shape), ends], axis=2)
+    ends = _MIDDLES + np.stack([-found[..., 1], -found[..., 0]], axis=-1)  # left and up; planes have y down
+    strokes = np.stack([np.broadcast_to(_MIDDLES, ends.shape), ends], axis=2)
     counts = np.full(len(found), 2)
     yield Lines(entity=entity("friction", run, "now"), strips=strokes.reshape(-1, 2, 2), counts=counts)
     yield Points(entity=entity("friction", run, "past"), places=ends.reshape(-1, 2), counts=counts)

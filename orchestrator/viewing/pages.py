@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from orchestrator.scenario import Scenario
 from orchestrator.system import System
+from orchestrator.viewing.layout import parameter_values
 
 
 def facts(summary: Mapping[str, Any]) -> dict[str, str]:
@@ -21,29 +22,35 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
 
 def page(name: str, told: Mapping[str, str], system: System) -> str:
     """The page of one run: what is `told` of it, then its parameters and connections."""
-    rows = "\n".join(f"| {key} | {value} |" for key, value in told.items())
-    text = f"# {name}\n\n| | |\n|---|---|\n{rows}\n"
-    parameters = "\n".join(_parameters(system))
-    if parameters:
-        text += f"\n## Parameters\n\n| parameter | value | unit | meaning |\n|---|---|---|---|\n{parameters}\n"
+    text = f"# {name}\n\n" + _table(("", ""), told.items())
+    if parameters := list(_parameters(system)):
+        text += "\n## Parameters\n\n" + _table(("parameter", "value", "unit", "meaning"), parameters)
     wires = "\n".join(f"* {connection}" for connection in system.connections)
     return text + (f"\n## Connections\n\n{wires}\n" if wires else "")
 
 
 def comparison(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], scenarios: Sequence[Scenario]) -> str:
     """The page of several runs: a column each, then the parameters in which they differ."""
-    head = f"| | {' | '.join(names)} |\n|---|{'---|' * len(names)}\n"
+    head = ("", *names)
     told = [facts(summary) | _measured(summary) for summary in summaries]
     keys = list(dict.fromkeys(key for one in told for key in one))
-    text = f"# {' against '.join(names)}\n\n{head}" + _table({key: [one.get(key, "") for one in told] for key in keys})
+    rows = [(key, *(one.get(key, "") for one in told)) for key in keys]
+    text = f"# {' against '.join(names)}\n\n" + _table(head, rows)
     values = [{key: f"{value['value']} {value['unit']}" for key, value in s.sources.items()} for s in scenarios]
     parameters = {key: [one.get(key, "-") for one in values] for key in sorted({k for one in values for k in one})}
-    differing = {key: found for key, found in parameters.items() if len(set(found)) > 1}
-    return text + f"\n## Parameters that differ\n\n{head}{_table(differing)}" if differing else text
+    differing = [(key, *found) for key, found in parameters.items() if len(set(found)) > 1]
+    return text + "\n## Parameters that differ\n\n" + _table(head, differing) if differing else text
 
 
-def _table(rows: Mapping[str, Sequence[str]]) -> str:
-    return "".join(f"| {key} | {' | '.join(values)} |\n" for key, values in rows.items())
+def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    first = "".join(f"| {name} " if name else "| " for name in head)
+    lines = [first, "|---" * len(head), *(f"| {' | '.join(map(_cell, row))} " for row in rows)]
+    return "".join(f"{line}|\n" for line in lines)
+
+
+def _cell(content: object) -> str:
+    """What stands in a cell; the texts of other makers may hold what would end it."""
+    return " ".join(str(content).split()).replace("|", r"\|")
 
 
 def _measured(summary: Mapping[str, Any]) -> dict[str, str]:
@@ -51,10 +58,10 @@ def _measured(summary: Mapping[str, Any]) -> dict[str, str]:
     return verdicts | {name: f"{value:.4g}" for name, value in summary.get("metrics", {}).items()}
 
 
-def _parameters(system: System) -> Iterator[str]:
+def _parameters(system: System) -> Iterator[tuple[object, ...]]:
     for name, source in system.units.items():
-        values = {**source.interface.starts, **source.parameters}
+        values = parameter_values(system, name)
         for variable in source.interface.parameters:
             if variable.name in values:
                 q = variable.quantity
-                yield f"| {name}.{variable.name} | {values[variable.name]} | {q.unit} | {q.description} |"
+                yield f"{name}.{variable.name}", values[variable.name], q.unit, q.description

@@ -24,6 +24,7 @@ WAYPOINT: Final[Colour] = (235, 225, 250)
 PLAN: Final[Colour] = (255, 255, 255)
 CORRIDOR: Final[Colour] = (250, 205, 70)
 LIMIT: Final[Colour] = (150, 150, 150)
+GRID: Final[Colour] = (110, 110, 110)
 
 SERIES: Final[tuple[Colour, ...]] = (
     (70, 145, 230),

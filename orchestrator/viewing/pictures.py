@@ -194,11 +194,6 @@ class Cast:
     traffic: str | None
     controller: str | None
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether there is no scene to draw."""
-        return self.plant is None and self.traffic is None and self.controller is None
-
 
 def cast(system: System) -> Cast:
     """The cast of a system."""

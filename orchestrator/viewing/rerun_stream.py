@@ -325,11 +325,11 @@ def _view(view: screens.View) -> Any:
                 visual_bounds=rrb.VisualBounds2D(x_range=[-view.x, view.x], y_range=[-view.y, view.y]),
                 overrides=_trails(view.trails, view.past),
             )
-        case screens.Timeline():
+        case screens.Panel(kind="states"):
             made = rrb.StateTimelineView(origin=view.origin, name=view.title)
-        case screens.Log():
+        case screens.Panel(kind="log"):
             made = rrb.TextLogView(origin=view.origin, name=view.title, columns=_log_columns())
-        case screens.Document():
+        case screens.Panel():
             made = rrb.TextDocumentView(origin=view.origin, name=view.title)
     return made
 

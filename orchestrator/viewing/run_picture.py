@@ -113,12 +113,11 @@ class RunPicture:
     def styles(self) -> Iterator[Style]:
         """What stands from the start."""
         yield from self._series_styles()
-        names, colours = events.PHASES, [palette.state(name, i) for i, name in enumerate(events.PHASES)]
         if self.has_path_error:
-            yield StateStyle(entity=self._at("states", "manoeuvre"), names=names, colours=colours)
-            yield self._lines(self._at("derived", "path_error"), ["path error [m]"])
+            yield self._states(self.at("states", "manoeuvre"), events.PHASES)
+            yield self._lines(self.at("derived", "path_error"), ["path error [m]"])
         if self.timed:
-            yield self._lines(self._at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
+            yield self._lines(self.at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
         if self.has_friction:
             yield from friction.styles(self.run, self._colour or palette.SERIES[0])
         if self._world is not None:
@@ -132,17 +131,18 @@ class RunPicture:
         yield from self._signal_shapes(columns)
         if step_times is not None:
             times = np.asarray(step_times, dtype=float)[: len(columns.time)] * 1e6
-            yield Values(entity=self._at("performance", "step_time"), values=times)
+            yield Values(entity=self.at("performance", "step_time"), values=times)
         error = pictures.errors(columns, self.who)
         if error is not None:
-            yield Values(entity=self._at("derived", "path_error"), values=error)
+            yield Values(entity=self.at("derived", "path_error"), values=error)
         yield from friction.shapes(columns, self.who, self._most, self.run)
         boxes = pictures.obstacles(columns, self.who)
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._happenings(columns, None if boxes is None else boxes[0])
 
-    def _at(self, root: str, *parts: str) -> str:
+    def at(self, root: str, *parts: str) -> str:
+        """The path of an entity of this run."""
         return entity(root, self.run, *parts)
 
     def _lines(self, at: str, names: list[str], first: int = 0) -> SeriesStyle:
@@ -153,46 +153,48 @@ class RunPicture:
         told = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
         return SeriesStyle(entity=at, names=told, colours=[self._colour] * len(names))
 
+    def _states(self, at: str, names: Sequence[str]) -> StateStyle:
+        return StateStyle(entity=at, names=names, colours=[palette.state(name, i) for i, name in enumerate(names)])
+
     def _series_styles(self) -> Iterator[Style]:
         for signal in (s for s in self.signals if s.is_number):
-            at = self._at("signals", *signal.path.split("."))
+            at = self.at("signals", *signal.path.split("."))
             yield self._lines(at, signal.labels, self._places[signal.path][0])
             if names := list(signal.states.values()):
-                colours = [palette.state(name, i) for i, name in enumerate(names)]
-                yield StateStyle(entity=self._at("states", *signal.path.split(".")), names=names, colours=colours)
+                yield self._states(self.at("states", *signal.path.split(".")), names)
         for limit in self.limits:
-            at = self._at(*layout.limit_parts(limit))
+            at = self.at(*layout.limit_parts(limit))
             yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
 
     def _signal_shapes(self, columns: Columns) -> Iterator[Shape]:
         for signal in columns.signals:
             values = columns.of(signal.path)
-            yield Values(entity=self._at("signals", *signal.path.split(".")), values=values)
+            yield Values(entity=self.at("signals", *signal.path.split(".")), values=values)
             if names := signal.states:
-                at = self._at("states", *signal.path.split("."))
+                at = self.at("states", *signal.path.split("."))
                 rows = self._memory.news(at, values[:, None])
                 yield States(entity=at, rows=rows, names=[names.get(v, f"{v:g}") for v in values[rows].tolist()])
         for path, elements in columns.texts.items():
             for i, values in enumerate(elements):
                 index = f"[{i + 1}]" if len(elements) > 1 else ""
-                at = self._at("states", *f"{path}{index}".split("."))
+                at = self.at("states", *f"{path}{index}".split("."))
                 rows = self._memory.news(at, np.array(values, dtype=object)[:, None])
                 yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
         ends = np.unique([0, len(columns.time) - 1])
         for limit in (limit for limit in self.limits if columns.has(limit.signal)):
-            at = self._at(*layout.limit_parts(limit))
+            at = self.at(*layout.limit_parts(limit))
             yield Values(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
     def _happenings(self, columns: Columns, boxes: pictures.Boxes | None) -> Iterator[Shape]:
         phase = events.phases(columns, self.who)
         if phase is not None:
-            at = self._at("states", "manoeuvre")
+            at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
         said = f"{self.run}: " if self.run else ""
         if happened := self._log.of(columns, boxes):
             yield Messages(
-                entity=self._at("events"),
+                entity=self.at("events"),
                 rows=np.array([event.row for event in happened]),
                 texts=[f"{said}{event.text}" for event in happened],
                 levels=[event.level for event in happened],

@@ -17,7 +17,6 @@ from typing import Final, TypeAlias
 from orchestrator.viewing import friction, layout, palette
 from orchestrator.viewing.layout import Limit, Plot
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
-from orchestrator.viewing.shapes import entity
 
 _IN_A_FIFTH, _IN_A_QUARTER = 44, 58
 """characters; of a longer title a view in this share of a window shows only the beginning"""
@@ -60,25 +59,10 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Timeline:
-    """States over time."""
+class Panel:
+    """What stands at `origin` and below it: `states` over time, lines of a `log`, or a `page` of text."""
 
-    title: str
-    origin: str
-
-
-@dataclass(frozen=True)
-class Log:
-    """Lines of a log."""
-
-    title: str
-    origin: str
-
-
-@dataclass(frozen=True)
-class Document:
-    """A page of text."""
-
+    kind: str
     title: str
     origin: str
 
@@ -94,7 +78,7 @@ class Group:
     columns: int = 1
 
 
-View: TypeAlias = Series | Scenery | Plane | Timeline | Log | Document | Group
+View: TypeAlias = Series | Scenery | Plane | Panel | Group
 
 
 def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Group:
@@ -110,7 +94,7 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
     if plots:
         columns = min(4, ceil(sqrt(len(plots))))
         tabs.append(Group("grid", plots, title="All signals", columns=columns))
-    tabs.append(Document("About this run" if len(runs) == 1 else "About these runs", "/about"))
+    tabs.append(Panel("page", "About this run" if len(runs) == 1 else "About these runs", "/about"))
     return Group("tabs", tabs)
 
 
@@ -125,14 +109,14 @@ def _what_happened(runs: Sequence[RunPicture]) -> list[View]:
     """States over time, and the log."""
     found: list[View] = []
     if any(run.has_states for run in runs):
-        found.append(Timeline("Modes and solver status", "/states"))
+        found.append(Panel("states", "Modes and solver status", "/states"))
     if any(run.has_events for run in runs):
-        found.append(Log("Events", "/events"))
+        found.append(Panel("log", "Events", "/events"))
     return found
 
 
 def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
-    times = [entity("performance", run.run, "step_time") for run in runs if run.timed]
+    times = [run.at("performance", "step_time") for run in runs if run.timed]
     return [Series(f"Wall time per step [{MICROSECONDS}]", times)] if times else []
 
 
@@ -143,10 +127,10 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
     views: list[View] = []
     if placed and (scene := placed[0].scene) is not None:
         y = (scene.y_left + scene.y_right) / 2
-        origin = entity("world", placed[0].run, "follow")
-        trails = [entity("world", run.run, "trail") for run in placed]
+        origin = placed[0].at("world", "follow")
+        trails = [run.at("world", "trail") for run in placed]
         bodies, flat = (
-            [entity("world", run.run, *what) for run in placed for what in hidden]
+            [run.at("world", *what) for run in placed for what in hidden]
             for hidden in (
                 (("ego", "body"), ("obstacles", "body")),
                 (("ego", "footprint"), ("obstacles", "footprint"), ("path", "waypoints")),
@@ -158,7 +142,7 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
             Scenery(behind, origin, (-12, y, 6), (12, y, 0), (0, 0, 1), flat, trails),
         ]
     if circles:
-        trails = [entity("friction", run.run, "past") for run in circles]
+        trails = [run.at("friction", "past") for run in circles]
         title = "Friction circles, limit = 1"
         views.append(Plane(title, "/friction", 2 * friction.APART, 1.6, trails, 2.0))
     if not views:
@@ -171,7 +155,7 @@ def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
     found: dict[str, list[View]] = {}
     for question, plots in _by_question(runs).items():
         found[question] = [*_joined(plots)]
-    if erring := [entity("derived", run.run, "path_error") for run in runs if run.has_path_error]:
+    if erring := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
         found.setdefault(layout.HARD, []).append(Series("Path error [m], left positive", erring))
     return {question: found[question] for question in layout.QUESTIONS if question in found}
 
@@ -215,8 +199,8 @@ def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, name_all: b
     """The plots of all runs in one view: its series named by the title if there is room, else by a short legend."""
     contents: list[str] = []
     for run, plot in plots:
-        contents += [entity("signals", run.run, *path.split(".")) for path in plot.signals]
-        contents += [entity(layout.limit_parts(x)[0], run.run, *layout.limit_parts(x)[1:]) for x in plot.limits]
+        contents += [run.at("signals", *path.split(".")) for path in plot.signals]
+        contents += [run.at(*layout.limit_parts(limit)) for limit in plot.limits]
     title = _with_limits(title, [limit for _, plot in plots for limit in plot.limits])
     names = list(dict.fromkeys(name for run, plot in plots for path in plot.signals for name in run.series_names[path]))
     if len(names) == 1 and not name_all:
@@ -231,15 +215,17 @@ def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, name_all: b
 def _with_limits(title: str, limits: Sequence[Limit]) -> str:
     """The title with the values of the limits that are drawn; their unit is that of the title, if there is one."""
     bounds = sorted({limit.value for limit in limits if limit.binds})
-    told = [f"{value:.4g}" for value in bounds]
-    if len(bounds) == 2 and bounds[0] == -bounds[1]:  # noqa: PLR2004 - a lower and an upper one
-        title += f" within \N{PLUS-MINUS SIGN}{told[1]}"
-    elif len(bounds) == 2 and bounds[0] < 0 < bounds[1]:  # noqa: PLR2004
-        title += f" between {told[0]} and {told[1]}"
-    elif len(bounds) == 1 and bounds[0] > 0:
-        title = f"{title.removesuffix(' [1]')} \N{LESS-THAN OR EQUAL TO} {told[0]}"
-    elif bounds:
-        title += f", limits {', '.join(told)}"
+    match bounds:
+        case []:
+            pass
+        case [low, high] if low == -high:
+            title += f" within \N{PLUS-MINUS SIGN}{high:.4g}"
+        case [low, high] if low < 0 < high:
+            title += f" between {low:.4g} and {high:.4g}"
+        case [high] if high > 0:
+            title = f"{title.removesuffix(' [1]')} \N{LESS-THAN OR EQUAL TO} {high:.4g}"
+        case _:
+            title += f", limits {', '.join(f'{value:.4g}' for value in bounds)}"
     wanted: dict[str, list[str]] = {}
     for limit in (limit for limit in limits if not limit.binds):
         values = wanted.setdefault(limit.label.partition(" [")[0], [])

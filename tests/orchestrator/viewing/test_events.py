@@ -78,6 +78,16 @@ def test_a_fallback_a_near_miss_and_a_contact_are_told(frame):
     ]
 
 
+def test_of_several_obstacles_the_nearest_is_told(frame):
+    frame = frame.head(1).copy()
+    length = STATIC.scene.ego_length
+    for slot, gap in ((1, 0.3), (2, 0.1), (3, 0.2)):
+        frame[f"traffic.obstacles.x[{slot}]"] = frame["plant.state.x"] + length + gap
+        frame[f"traffic.obstacles.y[{slot}]"] = frame["plant.state.y"]
+        frame[f"traffic.obstacles.length[{slot}]"] = length
+    assert _told(frame) == [(0, "WARN", "near miss: 0.10 m to #2")]
+
+
 def test_leaving_the_road_is_told(frame):
     frame = frame.head(4).copy()
     frame.loc[2:, "plant.state.y"] = STATIC.scene.y_right

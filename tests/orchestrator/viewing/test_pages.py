@@ -37,3 +37,9 @@ def test_runs_stand_side_by_side_with_the_parameters_that_differ():
     value = ours.sources["controller.b_3"]["value"]
     assert differing == ["| | a | b |", "|---|---|---|", f"| controller.b_3 | {value} s4/rad2 | 0.02 s4/rad2 |"]
     assert "Parameters" not in pages.comparison(["a", "b"], [SUMMARY, SUMMARY], [ours, ours])
+
+
+def test_texts_of_other_makers_stay_in_their_cell():
+    system = prepare("idle", Options(mode="blocks")).system
+    text = pages.page("a", {"title": "left | right\nand back"}, system)
+    assert text.startswith("# a\n\n| | |\n|---|---|\n| title | left \\| right and back |\n")
