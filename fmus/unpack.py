@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import shutil
 import stat
 import tempfile
@@ -9,7 +10,7 @@ import zipfile
 import zlib
 from collections.abc import Collection, Generator
 from contextlib import contextmanager
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, Final
 
 from lxml import etree
@@ -62,7 +63,7 @@ def _opened(path: Path, folder: Path, where: str, valid: str) -> Generator[zipfi
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
-            raise_if_any(_entry_problems(entries, folder, where, valid))
+            raise_if_any(_entry_problems(entries, where, valid))
             raise_if_any(_size_problems(entries, path.stat().st_size, folder, where, valid))
             yield archive
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError) as error:
@@ -75,13 +76,11 @@ def _name(entry: zipfile.ZipInfo) -> str:
     return entry.filename.replace("\\", "/")
 
 
-def _entry_problems(entries: list[zipfile.ZipInfo], folder: Path, where: str, valid: str) -> list[Problem]:
+def _entry_problems(entries: list[zipfile.ZipInfo], where: str, valid: str) -> list[Problem]:
     found: list[Problem] = []
     seen: set[str] = set()
     for entry in entries:
-        name = PurePosixPath(_name(entry))
-        inside = (folder / name).resolve().is_relative_to(folder.resolve())
-        if name.is_absolute() or not inside or _has_drive(name):
+        if _leaves(_name(entry)):
             found.append(Problem(where, f"an entry that would leave the folder, {entry.filename}", valid))
         elif entry.flag_bits & 1:
             found.append(Problem(where, f"an encrypted entry, {entry.filename}", valid, "Pack it without a password."))
@@ -93,8 +92,10 @@ def _entry_problems(entries: list[zipfile.ZipInfo], folder: Path, where: str, va
     return found
 
 
-def _has_drive(name: PurePosixPath) -> bool:
-    return bool(name.parts) and name.parts[0][1:2] == ":"
+def _leaves(name: str) -> bool:
+    """Whether a name leads out of the folder it is unpacked in; there are no links on its way, as they are refused."""
+    normal = posixpath.normpath(name)
+    return normal.startswith(("/", "../")) or normal == ".." or normal[1:2] == ":"
 
 
 def _size_problems(entries: list[zipfile.ZipInfo], packed: int, folder: Path, where: str, valid: str) -> list[Problem]:

@@ -153,3 +153,12 @@ def test_document_type_declarations_are_refused(content):
     assert xml_refusal(content.encode()) == (
         "a.xml: found a document type declaration (DTD), whose entities could expand without end; valid: XML"
     )
+
+
+def test_what_lies_in_the_temporary_folder_does_not_matter(tmp_path, monkeypatch):
+    place = tmp_path / "place"
+    place.mkdir()
+    (place / "sources").symlink_to(tmp_path)
+    monkeypatch.setattr("tempfile.tempdir", str(place))
+    path = archive(tmp_path / "a.zip", {"sources/a.c": "1"})
+    assert unpack.read(path, {"sources/a.c"}, "a.zip", "an archive")[1] == {"sources/a.c": b"1"}
