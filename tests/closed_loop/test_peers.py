@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,9 @@ def static(built_fmus, tmp_path_factory):
 @pytest.fixture(scope="module")
 def runs(static):
     made, path = static
-    return {tool: run(tool, path, round(made.until / made.h)) for tool in TOOLS}
+    with ThreadPoolExecutor() as pool:  # each is a process of its own, and importing takes them longest
+        found = pool.map(lambda tool: run(tool, path, round(made.until / made.h)), TOOLS)
+        return dict(zip(TOOLS, found, strict=True))
 
 
 def difference(found: pd.DataFrame, ours: pd.DataFrame, columns: list[str]) -> float:

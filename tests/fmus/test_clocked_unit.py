@@ -26,14 +26,18 @@ CLOCKS = {
 
 @pytest.fixture(scope="module")
 def metronome(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("metronome")
+    return made(tmp_path_factory.mktemp("metronome"), CLOCKS)
+
+
+def made(folder, clocks):
+    """An FMU with these clocks."""
     variables = [
         '<Float64 name="u" valueReference="1" causality="input" start="0"/>',
         '<Float64 name="end" valueReference="2" causality="parameter" variability="fixed" start="0"/>',
         '<Float64 name="sampled" valueReference="40" causality="output" variability="discrete" clocks="11"/>',
         '<Float64 name="w" valueReference="41" causality="input" variability="discrete" clocks="11" start="0"/>',
     ]
-    for i, (name, attributes) in enumerate(CLOCKS.items()):
+    for i, (name, attributes) in enumerate(clocks.items()):
         variables.append(f'<Clock name="{name}" valueReference="{10 + i}" {attributes}/>')
     outputs = {40: ' dependencies="1 41"'}
     for i, name in enumerate(KINDS):
@@ -68,6 +72,15 @@ def test_periodic_clocks_tick_at_their_own_instants(metronome):
         # 0.1 (its shift), 0.4, then every 0.2 s
         assert tunable == ticks(0.1, 0.3, min(t, 0.45)) + ticks(0.6, 0.2, t)
     assert frame["m.last.constant"].iloc[-1] == pytest.approx(1.05, abs=1e-12)
+
+
+def test_a_changing_clock_says_at_each_tick_when_the_next_one_is(tmp_path):
+    """It has no shift: its first tick is one interval after the start, at 0.3 s, then 0.6, and every 0.2 s."""
+    changing = 'causality="input" intervalVariability="changing"'
+    frame = simulate(alone(made(tmp_path, CLOCKS | {"tunable": changing})), h=0.1, until=1.2, algorithm="clocked")
+    instants = (0.3, 0.6, 0.8, 1.0, 1.2)
+    assert frame["m.n.tunable"].tolist() == [sum(s < t + 1e-9 for s in instants) for t in frame["time"]]
+    assert frame["m.last.tunable"].iloc[-1] == pytest.approx(1.2, abs=1e-12)
 
 
 def test_an_early_return_is_handled_where_it_happens_and_starts_a_countdown(metronome):
