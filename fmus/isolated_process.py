@@ -5,6 +5,7 @@ Numbers lie in memory that both processes see; requests and answers go through a
 
 from __future__ import annotations
 
+import itertools
 import mmap
 import pickle
 from collections.abc import Callable, Mapping
@@ -98,6 +99,7 @@ class _Host:
         self._descriptor = descriptor
         self._unit: Unit | None = None
         self._saved: dict[int, Any] = {}
+        self._tokens = itertools.count(1)
         self._inputs: dict[Type, Column] = {}
         self._outputs: dict[Type, Column] = {}
 
@@ -146,7 +148,7 @@ class _Host:
             unit.bind(self._inputs, self._outputs)
             return None
         if request.method == "save":
-            token = len(self._saved) + 1
+            token = next(self._tokens)
             self._saved[token] = unit.save()
             return token
         if request.method == "restore":

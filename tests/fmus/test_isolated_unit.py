@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Type, zeros
+from fmus.unit import carry_out, widths
 from fmus.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
@@ -94,6 +96,31 @@ def test_what_cannot_be_instantiated_is_refused_as_in_this_process(tmp_path):
     with pytest.raises(RequestError) as error:
         simulate(System({"m": Fmu(path, isolated=30.0)}, {}), h=0.1, until=0.1)
     assert 'refuses to make an instance (the token is "g")' in str(error.value)
+
+
+def test_states_are_told_apart_after_one_of_them_was_forgotten(built_fmus):
+    unit = Fmu(built_fmus / "fmi3" / "bicycle.fmu", isolated=30.0).make("m")
+    columns = [{k: zeros(k, n) for k, n in widths(v).items()} for v in (unit.interface.inputs, unit.interface.outputs)]
+    unit.bind(*columns)
+    unit.enter_initialization({})
+    unit.exit_initialization()
+
+    def position():
+        carry_out(unit.getters())
+        return columns[1][Type.FLOAT64][0]
+
+    seen = {}
+    for tick in range(4):
+        seen[unit.save()] = position()
+        if tick == 2:
+            unit.forget(min(seen))
+            del seen[min(seen)]
+        unit.step(0.1 * tick, 0.1)
+    for state, x in seen.items():
+        unit.restore(state)
+        assert position() == x
+    assert len(set(seen.values())) == 3
+    unit.close()
 
 
 def open_files():
