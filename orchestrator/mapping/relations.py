@@ -133,7 +133,7 @@ class Relations:
             return None
         if offset is None or None in numbers.values():
             return None
-        value = float(factor.value)
+        value = _float(factor.value)
         scale = _SCALES[entry.role]({n: v for n, v in numbers.items() if v}) if entry.role else 1.0
         if value == 0 or scale == 0 or not math.isfinite(value * scale):
             self.problems.append(Problem(f"{key}.factor", f"{value:g}", "a finite number other than 0"))
@@ -161,7 +161,7 @@ class Relations:
         if found is None or not amount.unit:
             self.problems.append(Problem(key, f"unit `{amount.unit}`", f"a unit that converts to `{unit}`"))
             return None
-        value = float(found(float(amount.value)))
+        value = float(found(_float(amount.value)))
         if not math.isfinite(value) or (positive and value <= 0):
             self.problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
             return None
@@ -190,6 +190,14 @@ class Relations:
     def _offset(self, key: str, entry: Entry, wanted: Quantity) -> float | None:
         amount = entry.numbers.get("offset")
         return 0.0 if amount is None else self.amount(f"{key}.offset", amount, wanted.unit)
+
+
+def _float(value: Any) -> float:
+    """A number, as TOML has it; NaN for what is none, or too large."""
+    try:
+        return float(value) if isinstance(value, int | float) else math.nan
+    except OverflowError:
+        return math.nan
 
 
 def conversion(theirs: Quantity, ours: Quantity) -> Linear | None:

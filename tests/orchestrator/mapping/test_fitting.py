@@ -338,6 +338,14 @@ def problems_of(content, theirs=THEIRS):
             "map.toml: state.reference.distance: found unit `s`; valid: a unit that converts to `m`",
         ),
         (
+            {"state": {"reference": {"point": "rear_axle", "distance": amount("1.4", "m")}}},
+            "map.toml: state.reference.distance: found 1.4; valid: a finite number",
+        ),
+        (
+            {"actuation": {"T_r": {"variable": "pedal", "max": amount(10**400, "N.m")}}},
+            f"map.toml: actuation.T_r.max: found {10**400}; valid: a finite number",
+        ),
+        (
             {"state": {"x": "?", "psi": "?"}},
             "map.toml: found nothing filled in yet for state.x, state.psi; valid: a variable for each among its inputs "
             "wheel in deg, pedal, brake; its outputs X in m, v in km/h, slip in deg, a in m/s2",
