@@ -52,7 +52,7 @@ class ClockedUnit(Fmu3Unit):
         made: list[Operation] = []
         slots = views(variables, columns)
         for variable in variables:
-            move = self._mover(direction, variable.quantity.type, [variable.name], slots[variable.name])
+            move = self._mover(direction, [variable], slots[variable.name])
             clocks = self._archive.clocks_of.get(variable.name)
             made.append(move if clocks is None else self._while_active(move, clocks))
         return made

@@ -9,7 +9,7 @@ functions directly, with integer addresses prepared once (`facts`: several times
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from typing_extensions import override
 
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type
+from components.interfaces.record import Variable
 from fmus.archive import VALID, Archive
 from fmus.fmi2_logger import formatting_logger, register, release
 from fmus.library import loaded
@@ -80,6 +81,10 @@ class FmuUnit(Unit):
         """Call FMPy's `instantiate`, which raises bare Exception."""
         raise NotImplementedError
 
+    def _prepare_step(self) -> None:
+        """Prepare the call of every step."""
+        raise NotImplementedError
+
     def _make_instance(self) -> None:
         try:
             self._instantiate()
@@ -113,22 +118,19 @@ class FmuUnit(Unit):
     @override
     def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
         self._kept.clear()  # of the memory that it was bound to before
-        self._setters = [self._mover("Set", k, names, inputs[k]) for k, names in self._names(self.interface.inputs)]
-        self._getters = [self._mover("Get", k, names, outputs[k]) for k, names in self._names(self.interface.outputs)]
-
-    @staticmethod
-    def _names(variables: Any) -> list[tuple[Type, list[str]]]:
-        return [(kind, [v.name for v in group]) for kind, group in by_type(variables).items()]
+        self._setters = [self._mover("Set", vs, inputs[k]) for k, vs in by_type(self.interface.inputs).items()]
+        self._getters = [self._mover("Get", vs, outputs[k]) for k, vs in by_type(self.interface.outputs).items()]
 
     def _function(self, name: str, arguments: list[Any]) -> Any:
         function = self._fmu.dll[f"{self.prefix}{name}"]  # indexing makes a private copy, whose types are ours
         function.argtypes, function.restype = arguments, ctypes.c_int
         return function
 
-    def _mover(self, direction: str, kind: Type, names: list[str], column: Column) -> Operation:
-        """One call that moves the values of all `names`, which are of one type, to or from `column`."""
+    def _mover(self, direction: str, variables: Sequence[Variable], column: Column) -> Operation:
+        """One call that moves the values of all `variables`, which are of one type, to or from `column`."""
+        kind = variables[0].quantity.type
         access, native = _NATIVE[self._archive.version][kind]
-        references = np.array([ref for n in names for ref in self._archive.references[n]], dtype=np.uint32)
+        references = np.array([ref for v in variables for ref in self._archive.references[v.name]], dtype=np.uint32)
         if not kind.is_number:
             return self._text_mover(direction, kind, references, column)
         shared = column.dtype == native and column.flags.c_contiguous
@@ -178,9 +180,8 @@ class FmuUnit(Unit):
     def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
         for variable in (*self.interface.parameters, *self.interface.initials):
             if variable.name in parameters and (variable.name in self._archive.structural) is structural:
-                kind = variable.quantity.type
-                column = np.array(parameters[variable.name], dtype=DTYPES[kind]).ravel()
-                if status := self._mover("Set", kind, [variable.name], column)():
+                column = np.array(parameters[variable.name], dtype=DTYPES[variable.quantity.type]).ravel()
+                if status := self._mover("Set", [variable], column)():
                     action = f"setting the parameter {variable.name} to {parameters[variable.name]} (status {status})"
                     raise UnitError(self.name, action, self.messages)
 
@@ -249,6 +250,7 @@ class Fmu2Unit(FmuUnit):
         self._check("the initialization failed", self._fmu.enterInitializationMode)
         self._prepare_step()
 
+    @override
     def _prepare_step(self) -> None:
         self._do_step = self._function("DoStep", [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int])
 
@@ -283,6 +285,7 @@ class Fmu3Unit(FmuUnit):
         self._check("the initialization failed", self._fmu.enterInitializationMode)
         self._prepare_step()
 
+    @override
     def _prepare_step(self) -> None:
         arguments = [_ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[_ADDRESS] * 4]
         self._do_step = self._function("DoStep", arguments)

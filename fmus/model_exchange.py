@@ -48,6 +48,10 @@ class ModelExchangeUnit(FmuUnit):
         declared = float(experiment.tolerance) if experiment is not None and experiment.tolerance else TOLERANCE
         self._tolerance = min(declared, LOOSEST) if declared > 0 else TOLERANCE
 
+    @override
+    def _prepare_step(self) -> None:
+        """Nothing: the solver steps."""
+
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
         raise NotImplementedError
 
@@ -199,10 +203,6 @@ class Model2Unit(ModelExchangeUnit, Fmu2Unit):
         return fmi2.FMU2Model
 
     @override
-    def _prepare_step(self) -> None:
-        pass
-
-    @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
         return self._fmu.newDiscreteStates()
 
@@ -222,10 +222,6 @@ class Model3Unit(ModelExchangeUnit, Fmu3Unit):
     @override
     def _kind(self) -> Any:
         return fmi3.FMU3Model
-
-    @override
-    def _prepare_step(self) -> None:
-        pass
 
     @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
