@@ -1,7 +1,8 @@
-"""What these tests share: run folders, and where pictures can be drawn."""
+"""What these tests share: run folders, runs without pictures, and where pictures can be drawn."""
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,32 @@ from orchestrator.scenario import Options, prepare
 from orchestrator.viewing.rerun_stream import RerunStream
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")
+
+
+class NoRecording(nullcontext):
+    """Takes what a run would record."""
+
+    def __enter__(self):
+        return self
+
+    def begin(self, *_):
+        pass
+
+    def wait_until_open(self):
+        pass
+
+    def end(self, *_):
+        pass
+
+    def wait(self):
+        return ""
+
+
+@pytest.fixture
+def without_pictures(monkeypatch):
+    """Recording and figures have tests of their own."""
+    monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
+    monkeypatch.setattr("orchestrator.figures.draw", lambda *_: [])
 
 
 @pytest.fixture(scope="session")

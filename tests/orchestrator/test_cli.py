@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -19,34 +18,7 @@ import pytest
 from components import BLOCKS
 from tests.fmus.foreign import copied, entries
 
-
-class NoRecording(nullcontext):
-    """Takes what a run would record."""
-
-    def __enter__(self):
-        return self
-
-    def begin(self, *_):
-        pass
-
-    def wait_until_open(self):
-        pass
-
-    def end(self, *_):
-        pass
-
-    def wait(self):
-        return ""
-
-
 NO_PICTURES = pytest.mark.usefixtures("without_pictures")
-
-
-@pytest.fixture
-def without_pictures(monkeypatch):
-    """Recording and figures have tests of their own."""
-    monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
-    monkeypatch.setattr("orchestrator.figures.draw", lambda *_: [])
 
 
 def test_a_run_leaves_a_complete_folder(macrostep, in_tmp_path):
