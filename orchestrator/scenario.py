@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -206,11 +208,18 @@ def _parts(
 
 def _own_steps(parts: Mapping[str, Part], h: float) -> dict[str, Fraction]:
     """The steps of units that have their own, as multiples of the macro step `h`. Raises `RequestError`."""
-    given = {socket: part.step for socket, part in parts.items() if part.step is not None}
-    for socket, step in given.items():
-        if step.unit != "s" or not isinstance(step.value, int | float) or not step.value > 0:
-            raise refuse(f"{socket}.step", f"`{step.value}` in `{step.unit}`", "a positive number in `s`")
-    return {socket: Fraction(step.value / h).limit_denominator(1_000_000) for socket, step in given.items()}
+    found: dict[str, Fraction] = {}
+    for socket, part in parts.items():
+        if part.step is not None:
+            step = _seconds(f"{socket}.step", part.step, "a positive number in `s`", above=0.0)
+            found[socket] = Fraction(step / h).limit_denominator(1_000_000)
+    return found
+
+
+def _seconds(where: str, given: Given, valid: str, above: float = -math.inf) -> float:
+    if given.unit == "s" and isinstance(given.value, int | float) and above < given.value <= sys.float_info.max:
+        return float(given.value)
+    raise refuse(where, f"`{given.value}` in `{given.unit}`", valid)
 
 
 def _as_fmu(request: str, socket: str, mode: Mode, progress: Callable[[str], None]) -> str:
@@ -274,8 +283,6 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, 
         given: Given = getattr(content.experiment, name)
         if override is not None:
             given = Given(value=override, unit="s", source=f"--{name.replace('_', '-')}")
-        if given.unit != "s" or not isinstance(given.value, int | float):
-            raise refuse(f"experiment.{name}", f"`{given.value}` in `{given.unit}`", "a number in `s`")
-        chosen[name] = float(given.value)
+        chosen[name] = _seconds(f"experiment.{name}", given, "a number in `s`")
         told[f"experiment.{name}"] = given.model_dump()
     return macro_step(chosen["step"]), chosen["stop_time"], told

@@ -174,3 +174,7 @@ def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
     path.write_text(text.replace("[plant]", '[plant]\nstep = { value = 0.01, unit = "s", source = "ours" }'))
     assert prepare(str(path), BLOCKS_ONLY).system.steps["plant"] == Fraction(1, 10)
     assert wrong(str(path), step=0.0) == ["step: found 0 s; valid: a positive number of seconds"]
+    path.write_text(path.read_text().replace("value = 0.01", "value = inf"))
+    assert wrong(str(path)) == ["plant.step: found `inf` in `s`; valid: a positive number in `s`"]
+    path.write_text(text.replace("{ value = 1.0", f"{{ value = {10**309}"))
+    assert wrong(str(path)) == [f"experiment.stop_time: found `{10**309}` in `s`; valid: a number in `s`"]
