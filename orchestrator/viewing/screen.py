@@ -88,7 +88,7 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
     if scenery is not None or asked:
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
         tabs.append(Group("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
-    plots: list[View] = [*_joined([(run, layout.buses(run.signals)) for run in runs], name_all=True)]
+    plots: list[View] = [*_joined([(run, layout.buses(run.signals)) for run in runs], by_bus=True)]
     if not tabs:
         plots += [*differences, *_wall_time(runs), *_what_happened(runs)]
     if plots:
@@ -186,30 +186,34 @@ def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture,
     return found
 
 
-def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, name_all: bool = False) -> list[Series]:
-    """The plots of all runs, those with the same title in one view; also a single series is named (`name_all`)."""
+def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool = False) -> list[Series]:
+    """The plots of all runs, those with the same title in one view; titles are those of questions or `by_bus`."""
     found: dict[str, list[tuple[RunPicture, Plot]]] = {}
     for run, own in plots:
         for plot in own:
             found.setdefault(plot.title, []).append((run, plot))
-    return [_series(title, same, name_all=name_all) for title, same in found.items()]
+    return [_series(title, same, by_bus=by_bus) for title, same in found.items()]
 
 
-def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, name_all: bool) -> Series:
+def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
     """The plots of all runs in one view: its series named by the title if there is room, else by a short legend."""
     contents: list[str] = []
     for run, plot in plots:
         contents += [run.at("signals", *path.split(".")) for path in plot.signals]
         contents += [run.at(*layout.limit_parts(limit)) for limit in plot.limits]
-    title = _with_limits(title, [limit for _, plot in plots for limit in plot.limits])
+    limits = [limit for _, plot in plots for limit in plot.limits]
     names = list(dict.fromkeys(name for run, plot in plots for path in plot.signals for name in run.series_names[path]))
-    if len(names) == 1 and not name_all:
-        return Series(title, contents)
-    named = f"{title}: {', '.join(names)}"
-    if len(named) <= (_IN_A_QUARTER if name_all else _IN_A_FIFTH):
+    whole, listed = _with_limits(title, limits), ", ".join(names)
+    if len(names) == 1 and not by_bus:
+        return Series(whole, contents)
+    named, room = f"{title}: {listed}", _IN_A_QUARTER
+    if not by_bus:  # a small window cuts the end, which here tells least
+        quantity, _, unit = title.rpartition(" [")
+        named, room = _with_limits(f"{listed} [{unit}", limits) + f": {quantity.lower()}", _IN_A_FIFTH
+    if len(named) <= room:
         return Series(named, contents)
     is_alone = not plots[0][0].run
-    return Series(title, contents, legend=is_alone and len(names) <= _LEGEND_AT_MOST)
+    return Series(whole, contents, legend=is_alone and len(names) <= _LEGEND_AT_MOST)
 
 
 def _with_limits(title: str, limits: Sequence[Limit]) -> str:
@@ -219,9 +223,9 @@ def _with_limits(title: str, limits: Sequence[Limit]) -> str:
         case []:
             pass
         case [low, high] if low == -high:
-            title += f" within \N{PLUS-MINUS SIGN}{high:.4g}"
+            title += f" \N{PLUS-MINUS SIGN}{high:.4g}"
         case [low, high] if low < 0 < high:
-            title += f" between {low:.4g} and {high:.4g}"
+            title += f" {low:.4g} to {high:.4g}"
         case [high] if high > 0:
             title = f"{title.removesuffix(' [1]')} \N{LESS-THAN OR EQUAL TO} {high:.4g}"
         case _:
