@@ -131,11 +131,10 @@ def trivial(request, tmp_path_factory):
 
 def steps_without_recording(simulation):
     """The calls of the macro step alone."""
-    before, after = simulation.schedule.before, simulation.schedule.after
     for _ in range(STEPS):
-        simulation._run(simulation._after, after)
+        simulation._run(simulation._lowered.after(simulation.tick))
         simulation.tick += 1
-        simulation._run(simulation._before, before)
+        simulation._run(simulation._lowered.before(simulation.tick))
 
 
 def test_macro_steps_without_recording(benchmark, trivial):
