@@ -38,7 +38,7 @@ ANY = Socket(name="any", inputs={"a": Signal}, outputs={}, optional={})
 @final
 @block(ANY)
 class Gain(Block[In, NoState, Out]):
-    """Shows twice its input at once."""
+    """Shows ``k a`` at once."""
 
     k: float = quantity("1", "gain")
 

@@ -76,16 +76,25 @@ def test_archives_that_are_no_ssp(tmp_path, files):
         f"found an archive without SystemStructure.ssd; {valid}."
         " It is an FMU: give it with --plant, --traffic or --controller."
     ]
-    for name in ("../evil.txt", "/evil.txt", "a\\..\\..\\evil.txt"):
+
+    def holding(name):
         with zipfile.ZipFile(path, "w") as archive:
             archive.writestr(name, "x")
-        assert refusal(path) == [f"found an entry that would leave the folder, {name}; {valid}"]
+        return refusal(path)
+
+    assert holding("readme.txt") == [f"found an archive without SystemStructure.ssd; {valid}"]
+    for name in ("../evil.txt", "/evil.txt", "a\\..\\..\\evil.txt"):
+        assert holding(name) == [f"found an entry that would leave the folder, {name}; {valid}"]
+    assert not list(tmp_path.parent.rglob("evil.txt"))
 
 
 def test_descriptions_that_cannot_be_read(tmp_path):
     root = "`SystemStructureDescription` of SSP 1.0 or 2.0"
     xml = "valid: well-formed XML without a DTD"
     cases = {
+        '<?xml version="1.0"?><a': (
+            f"line 1: found XML that is not well-formed (Couldn't find end of Start Tag a line 1); {xml}"
+        ),
         '<?xml version="1.0"?>\n<a>\n<b></a>': (
             f"line 3: found XML that is not well-formed (Opening and ending tag mismatch: b line 3 and a); {xml}"
         ),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import fmpy.ssp.ssd
 import pytest
 from lxml import etree
 
-from components.interfaces.problem import RequestError
 from fmus.version import Version
 from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
@@ -57,27 +55,3 @@ def test_settings_change_what_is_read(tmp_path):
     assert found.system.units["plant"].parameters["m"] == 2100.0
     assert found.sources["plant.m"]["source"] == "--set"
     assert (found.h, found.until) == (0.05, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("entries", "text"),
-    [
-        (None, "found a file that is no zip archive"),
-        ({"readme.txt": "x"}, "found an archive without SystemStructure.ssd"),
-        ({"SystemStructure.ssd": "<a"}, "SystemStructure.ssd, line 1: found XML that is not well-formed"),
-        ({"SystemStructure.ssd": "<a/>"}, "found the element `a`; valid: `SystemStructureDescription` of SSP"),
-        ({"../evil.txt": "x"}, "found an entry that would leave the folder, ../evil.txt"),
-    ],
-)
-def test_a_file_that_is_no_ssp_is_refused(tmp_path, entries, text):
-    path = tmp_path / "bad.ssp"
-    if entries is None:
-        path.write_text("hello")
-    else:
-        with zipfile.ZipFile(path, "w") as archive:
-            for name, content in entries.items():
-                archive.writestr(name, content)
-    with pytest.raises(RequestError) as error:
-        ssp_reader.read(path)
-    assert text in str(error.value)
-    assert not (tmp_path.parent / "evil.txt").exists()
