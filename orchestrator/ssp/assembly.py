@@ -176,7 +176,7 @@ class Assembly:
 
 def _merged(variable: Variable, wires: Sequence[_Wire]) -> Sequence[_Wire]:
     """One wire of a whole array in place of those of all its elements, where these come from an array alike."""
-    if not variable.shape or {w.at for w in wires} != set(_indices(variable)):
+    if not variable.size or not variable.shape or {w.at for w in wires} != set(_indices(variable)):
         return wires
     first = wires[0]
     part, place = first.source

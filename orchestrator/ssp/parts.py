@@ -17,6 +17,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
+from fmus.archive import Archive
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.scenario import block_named
@@ -73,9 +74,11 @@ class Part:
             unit, base = (None, None) if connector is None else (connector.declared.unit, connector.declared.base)
         return Declared(str(q.type), unit, base, items_of(q.enumeration) or None, variable.shape)
 
-    def opened_with(self, values: Mapping[str, Any]) -> Part:
-        """The same with parameter values that decide lengths of arrays."""
+    def opened_with(self, values: Mapping[str, Any], findings: Findings) -> Part:
+        """The same with parameter values that decide lengths of arrays; as it was where they cannot be."""
         source = with_parameters(self.source, values)
+        if opened(source, self.component, findings) is None:
+            return self
         return replace(self, source=source, places=dict(_places(source)), initials=dict(_initials(source)))
 
     def settable(self, name: str) -> Place | None:
@@ -148,13 +151,9 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
     if component.file.suffix == ".toml":
         return findings.attempt(partial(_mapped, component.name, component.file, lenient=lenient))
     file = component.file
-    try:
-        source = Fmu(file, {}, lenient)
-        archive = source.archive
-    except RequestError as error:
-        known = f"{component.where}, {file.name}"
-        for p in error.problems:
-            findings.wrong(p.where.replace(str(file), known), p.found, p.valid, p.remedy)
+    source = Fmu(file, {}, lenient)
+    archive = opened(source, component, findings)
+    if archive is None:
         return None
     told = [f"{file.name}: {remark}" for remark in archive.remarks]
     findings.remarks += [remark for remark in told if remark not in findings.remarks]
@@ -170,6 +169,19 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
         told = f"{wanted} asked for of {file.name}, which has CoSimulation too"
         findings.breach(component.where, told, "CoSimulation, which is used where there is a choice, or any")
     return source
+
+
+def opened(source: Source, component: Component, findings: Findings) -> Archive | None:
+    """The FMU of a component; None where it cannot be used: the findings say why, with its place in the SSP."""
+    if not isinstance(source, Fmu):
+        return None
+    try:
+        return source.archive
+    except RequestError as error:
+        known = f"{component.where}, {source.path.name}"
+        for p in error.problems:
+            findings.wrong(p.where.replace(str(source.path), known), p.found, p.valid, p.remedy)
+        return None
 
 
 def _mapped(name: str, file: Path, *, lenient: bool) -> Source:

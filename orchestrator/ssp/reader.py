@@ -32,7 +32,7 @@ from orchestrator.ssp.archive import VALID, Document, Findings, open_package, re
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
 from orchestrator.ssp.parameters import Value, gather
-from orchestrator.ssp.parts import Part, open_parts, problem_at, with_parameters
+from orchestrator.ssp.parts import Part, open_parts, opened, problem_at, with_parameters
 from orchestrator.ssp.rules import NS
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
@@ -191,8 +191,10 @@ def _units(
     for path, part in parts.items():
         if part.structural:
             given = {n: v for n, (v, _) in assembly.parameters(part, part.structural).items()}
-            given |= {s.name: s.value for s in settings.get(part.name, ()) if s.name in part.structural}
-            parts[path] = part.opened_with(given)
+            given |= {
+                s.name: s.value for s in settings.get(part.name, ()) if s.name in part.structural and s.index is None
+            }
+            parts[path] = part.opened_with(given, findings)
     units: dict[str, Source] = {}
     sources: dict[str, Mapping[str, Any]] = {}
     for part in parts.values():
@@ -224,7 +226,10 @@ def _with_values(
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
     values, problems = values_of(part.name, settable, {}, given, settings)
     assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
-    return with_parameters(part.source, values), sources_of(part.name, settable, values, given, settings)
+    source = with_parameters(part.source, values)
+    if part.structural and opened(source, part.component, assembly.findings) is None:
+        source = part.source
+    return source, sources_of(part.name, settable, values, given, settings)
 
 
 def _refuse_others(part: Part, assembly: Assembly) -> None:

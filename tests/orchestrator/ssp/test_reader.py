@@ -280,6 +280,19 @@ def test_arrays_of_fmi_3_are_connected_whole_and_by_element_and_through_systems(
     assert again.system.held == read.system.held
 
 
+def test_an_array_may_be_empty(tmp_path):
+    whole = body(component("a", "vectors.fmu", connectors("s:input")))
+    path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
+    read = ssp_reader.read(path, {"a": [Setting("a", "n", None, 0)]})
+    assert {v.name: v.shape for v in read.system.units["a"].interface.inputs} == {
+        "v": (3,),
+        "w": (0,),
+        "s": (),
+        "b": (),
+    }
+    assert list(run(read)["a.y_v[3]"]) == [0.0, 3.0, 3.0, 3.0]
+
+
 def test_a_whole_array_may_be_driven_through_a_system_element_by_element(tmp_path):
     fmu = vectors(tmp_path / "vectors.fmu")
     size = '<ssc:Dimension size="3"/>'

@@ -29,6 +29,7 @@ from tests.orchestrator.ssps import (
     ssd,
     system,
     values,
+    vectors,
     wire,
     write,
 )
@@ -437,6 +438,17 @@ def test_annotations_of_ours_that_say_what_cannot_be(tmp_path, files, note, foun
     end = '<ssd:DefaultExperiment stopTime="1"/><ssd:Annotations><ssc:Annotation type="org.macrostep">'
     end += f'<m:Scenario xmlns:m="urn:macrostep">{text}</m:Scenario></ssc:Annotation></ssd:Annotations>'
     assert read(tmp_path, files, body(A), end=end) == found
+
+
+def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
+    whole = body(component("a", "vectors.fmu", connectors("s:input")))
+    path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
+    many = {"a": [Setting("a", "n", None, 10**12)], "b": [Setting("b", "k", None, 1)]}
+    assert refusal(path, settings=many) == [
+        "line 5: component `a`, vectors.fmu, modelDescription.xml: found a variable that cannot be understood (`w` with"
+        " 1000000000000 elements, more than 10000000); valid: what FMI allows",
+        "--set b.k: found the unknown unit `b`; valid: a",
+    ]
 
 
 def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
