@@ -11,18 +11,9 @@ from scipy.optimize import fsolve
 
 from components.interfaces.buses import VehicleState
 from components.interfaces.record import pack, unpack
-from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven
+from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven, states, steering
 
-moving = st.builds(
-    VehicleState,
-    x=st.floats(-100, 100),
-    y=st.floats(-10, 10),
-    psi=st.floats(-3, 3),
-    v_x=st.floats(1, 40),
-    v_y=st.floats(-3, 3),
-    r=st.floats(-2, 2),
-)
-steering = st.floats(-0.78, 0.78)
+moving = states(v_y=3, r=2)
 torque = st.floats(-160, 200)
 
 

@@ -10,20 +10,11 @@ from scipy.integrate import solve_ivp
 
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.record import pack
-from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven
+from tests.components.vehicle.paper_car import I_Z, L_F, L_R, MU, R_W, C, G, M, driven, states, steering
 
 LIMIT_F, LIMIT_R = (MU * M * G * lever / (L_F + L_R) / 2 for lever in (L_R, L_F))  # lever rule, one tyre
 
-moving = st.builds(
-    VehicleState,
-    x=st.floats(-100, 100),
-    y=st.floats(-10, 10),
-    psi=st.floats(-3, 3),
-    v_x=st.floats(1, 40),
-    v_y=st.floats(-8, 8),
-    r=st.floats(-4, 4),
-)
-steering = st.floats(-0.78, 0.78)
+moving = states(v_y=8, r=4)
 
 
 @pytest.fixture(scope="module")
