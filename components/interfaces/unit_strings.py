@@ -123,10 +123,12 @@ def _registry() -> Any:
 
 
 def _python_spelling(unit: str) -> str:
-    """`N.m/s2` as `N*m/s**2`; only the first divisor divides all that follows it, as in Modelica."""
+    """`N.m/s2` as `N*m/s**2`. A product as divisor needs parentheses, as in Modelica: `J/kg.K` is ambiguous."""
     if unit.strip() in {"", "-"} or not re.fullmatch(r"[\w./()%\s^*\-\N{MICRO SIGN}\N{DEGREE SIGN}]+", unit):
         raise ValueError(unit)
     text = unit.replace("^", "").replace("**", "").replace("%", "percent").replace("\N{DEGREE SIGN}", "deg")
+    if re.search(r"/[^/()]+[.*]", text):
+        raise ValueError(unit)
     text = re.sub(r"([A-Za-z\N{MICRO SIGN}])(-?\d+)", r"\1**\2", text)
     return re.sub(r"(?<=[A-Za-z0-9)])\.(?=[A-Za-z(])", "*", text)
 

@@ -25,6 +25,7 @@ def test_our_own_units_are_read_alike_by_pint(unit):
         ("1/min", BaseUnit({"s": -1}, 1 / 60)),
         ("kg.m2/s2", BaseUnit({"kg": 1, "m": 2, "s": -2})),
         ("m/s^2", BaseUnit({"m": 1, "s": -2})),
+        ("J/(kg.K)", BaseUnit({"m": 2, "s": -2, "K": -1})),
         ("m/(s2)", BaseUnit({"m": 1, "s": -2})),
         ("kmh", BaseUnit({"m": 1, "s": -1}, 1 / 3.6)),
         ("mm", BaseUnit({"m": 1}, 1e-3)),
@@ -38,6 +39,8 @@ def test_common_spellings(unit, expected):
     assert (found.factor, found.offset) == (pytest.approx(expected.factor, rel=1e-12), 0.0)
 
 
-@pytest.mark.parametrize("unit", ["furlong", "", "-", "m/", "import os", "__class__", "1e3", "m**0.5", "2"])
+@pytest.mark.parametrize(
+    "unit", ["furlong", "", "-", "m/", "import os", "__class__", "1e3", "m**0.5", "2", "J/kg.K", "J/kg*K"]
+)
 def test_what_nobody_knows_is_no_unit(unit):
     assert base_unit(unit) is None
