@@ -62,7 +62,7 @@ def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
     a, b = found.base_unit, wanted.base_unit
     if a is None or b is None:
         return IDENTITY if found.unit == wanted.unit else None
-    if not a.same_dimension(b):
+    if not a.same_dimension(b) or not (a.factor and b.factor):  # a file may say that its unit is none of another
         return None
     return Linear(a.factor / b.factor, (a.offset - b.offset) / b.factor)
 

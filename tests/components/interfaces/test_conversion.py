@@ -57,6 +57,12 @@ def test_unknown_units_fit_when_they_are_spelled_alike():
     assert unit_conversion(of("furlong"), of("furlong")) == IDENTITY
 
 
+def test_a_unit_that_is_none_of_its_base_unit_converts_to_no_other():
+    nothing = of("o", base=BaseUnit({"m": 1}, factor=0.0))
+    assert unit_conversion(of("m"), nothing) is None
+    assert unit_conversion(nothing, of("m")) is None
+
+
 def test_a_file_says_what_its_own_unit_means():
     furlong = of("furlong", base=BaseUnit({"m": 1}, factor=201.168))
     assert unit_conversion(furlong, of("m")) == Linear(201.168)

@@ -440,6 +440,13 @@ def test_annotations_of_ours_that_say_what_cannot_be(tmp_path, files, note, foun
     assert read(tmp_path, files, body(A), end=end) == found
 
 
+def test_a_unit_that_is_none_of_its_base_unit_is_no_other(tmp_path, files):
+    u_km = component("b", "plain.fmu", connectors("u:input:km"))
+    whole = ssd(body(A + u_km, wire("a.y_u", "b.u"))).replace('factor="1000"', 'factor="0"')
+    told = "found `u` in `km`; valid: `m`, as `m` says"
+    assert read(tmp_path, files, whole) == [f"line 8: {told}{LENIENT}"]
+
+
 def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
     whole = body(component("a", "vectors.fmu", connectors("s:input")))
     path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
