@@ -25,7 +25,7 @@ from orchestrator.scene import Scene
 from orchestrator.system import System
 from orchestrator.viewing import layout, pictures
 from orchestrator.viewing.layout import Plot
-from orchestrator.viewing.pictures import Cast, Columns
+from orchestrator.viewing.signals import Cast, Columns, cast, signals
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
@@ -55,7 +55,7 @@ _FILES: Final = (
 
 def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, folder: Path) -> list[Path]:
     """Draw what there is to draw into `folder`, and name the files."""
-    columns, who = Columns(frame, pictures.signals(system)), pictures.cast(system)
+    columns, who = Columns(frame, signals(system)), cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}
     plots = [plot for found in layout.questions(system, columns.signals).values() for plot in found]
     for name, endings in _FILES:

@@ -36,7 +36,7 @@ from orchestrator.reproduction.runs import Outcome
 from orchestrator.scene import Scene
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.viewing import pictures
-from orchestrator.viewing.pictures import Cast, Columns
+from orchestrator.viewing.signals import Cast, Columns, cast, signals
 
 _LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
@@ -72,8 +72,8 @@ class Track:
         frame = pd.read_parquet(outcome.folder / "signals.parquet")
         if made.scene is None or frame.empty:
             return None
-        columns = Columns(frame, pictures.signals(made.system))
-        return cls(outcome.run.label, columns, pictures.cast(made.system), made.scene)
+        columns = Columns(frame, signals(made.system))
+        return cls(outcome.run.label, columns, cast(made.system), made.scene)
 
     @property
     def x(self) -> Any:

@@ -17,8 +17,9 @@ from components.interfaces.buses import SolverStatus
 from orchestrator import geometry
 from orchestrator.scene import Scene
 from orchestrator.viewing.layout import Limit
-from orchestrator.viewing.pictures import PATH, POSE, Boxes, Cast, Columns, Recorded
+from orchestrator.viewing.pictures import Boxes
 from orchestrator.viewing.shapes import Array, Memory
+from orchestrator.viewing.signals import PATH, POSE, Cast, Columns, Recorded
 
 PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back")
 _PHASE_EVENTS: Final = {

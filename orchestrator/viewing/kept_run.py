@@ -15,7 +15,7 @@ from orchestrator.viewing.rerun_program import executable
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
     from orchestrator.scenario import Scenario
-    from orchestrator.viewing.pictures import Signal
+    from orchestrator.viewing.signals import Signal
 
 RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
 _VALID = "a run folder, or an .rrd file"
@@ -56,7 +56,7 @@ class KeptRun:
     @cached_property
     def signals(self) -> list[Signal]:
         """All signals of the system."""
-        from orchestrator.viewing.pictures import signals  # noqa: PLC0415
+        from orchestrator.viewing.signals import signals  # noqa: PLC0415
 
         return signals(self.scenario.system)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from orchestrator.system import System
-from orchestrator.viewing.pictures import Signal, cast
+from orchestrator.viewing.signals import Signal, cast
 
 QUESTIONS: Final = (
     DID := "What did it do?",

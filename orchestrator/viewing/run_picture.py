@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from orchestrator.scene import Scene
 from orchestrator.system import System
 from orchestrator.viewing import events, friction, layout, palette, pictures, world
-from orchestrator.viewing.pictures import Columns
 from orchestrator.viewing.shapes import (
     Memory,
     Messages,
@@ -31,6 +30,7 @@ from orchestrator.viewing.shapes import (
     Values,
     entity,
 )
+from orchestrator.viewing.signals import Columns, Recorded, cast
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
@@ -55,8 +55,8 @@ class RunPicture:
         timed: bool = True,
         recorded: Sequence[Collection[str]] | None = None,
     ) -> None:
-        self.system, self.run, self.who = system, run, pictures.cast(system)
-        self._recorded = pictures.Recorded(system, recorded)
+        self.system, self.run, self.who = system, run, cast(system)
+        self._recorded = Recorded(system, recorded)
         self.signals = self._recorded.signals
         self.limits = layout.limits(system, self.signals)
         self.timed = timed and bool(self.signals)

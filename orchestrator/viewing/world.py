@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.path_geometry import path_lines
 from orchestrator.scene import Scene
 from orchestrator.viewing import palette, pictures
-from orchestrator.viewing.pictures import Boxes, Cast, Columns, Recorded
+from orchestrator.viewing.pictures import Boxes
 from orchestrator.viewing.shapes import (
     Array,
     Car,
@@ -29,6 +29,7 @@ from orchestrator.viewing.shapes import (
     Surface,
     entity,
 )
+from orchestrator.viewing.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Columns, Recorded
 
 FLAT: Final = 0.02
 """[m] height of the footprints: from above, bodies would hide where a vehicle ends"""
@@ -40,10 +41,10 @@ _BESIDE, _APART = 0.7, 1.1
 def recorded_parts(recorded: Recorded, who: Cast) -> set[str]:
     """What there is to draw, of `ego`, `obstacles`, `path` and `plan`."""
     wanted = {
-        "ego": (who.plant, pictures.POSE),
-        "obstacles": (who.traffic, pictures.OBSTACLES),
-        "path": (who.controller, pictures.PATH),
-        "plan": (who.controller, pictures.PLAN),
+        "ego": (who.plant, POSE),
+        "obstacles": (who.traffic, OBSTACLES),
+        "path": (who.controller, PATH),
+        "plan": (who.controller, PLAN),
     }
     return {part for part, (unit, bus) in wanted.items() if recorded.bus(unit, *bus)}
 
@@ -100,7 +101,7 @@ class World:
         self, columns: Columns, error: Array | None, boxes: tuple[Boxes, Array] | None
     ) -> Iterator[Shape | Style]:
         """The world in these rows; the road is drawn anew where they reach beyond it."""
-        ego = columns.bus(self._who.plant, *pictures.POSE)
+        ego = columns.bus(self._who.plant, *POSE)
         places = [np.array([0.0, 100.0]), *([] if ego is None else [ego[0]]), *([] if boxes is None else [boxes[0].x])]
         yield from self._road_to(np.concatenate(places))
         if ego is not None:
@@ -164,7 +165,7 @@ class World:
         )
 
     def _path(self, columns: Columns) -> Iterator[Shape]:
-        path = columns.bus(self._who.controller, *pictures.PATH)
+        path = columns.bus(self._who.controller, *PATH)
         if path is None:
             return
         rows = self._memory.news("path", np.column_stack(path))
@@ -179,7 +180,7 @@ class World:
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)
 
     def _plan(self, columns: Columns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
-        plan = columns.bus(self._who.controller, *pictures.PLAN)
+        plan = columns.bus(self._who.controller, *PLAN)
         if plan is None:
             return
         x, y, x_d, upper, lower = plan

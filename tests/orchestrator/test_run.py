@@ -28,7 +28,8 @@ from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import pictures, rerun_program
+from orchestrator.viewing import rerun_program
+from orchestrator.viewing.signals import signals
 
 # a recording that was cut short has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -56,7 +57,7 @@ def assert_same_values(folder, system):
     frame = pd.read_parquet(folder / "signals.parquet")
     ticks = np.rint(frame["time"] / 0.1).astype(int)
     found = recorded(folder / "recording.rrd")
-    kept = [s for s in pictures.signals(system) if s.columns[0] in frame]
+    kept = [s for s in signals(system) if s.columns[0] in frame]
     assert set(found) == {"/signals/" + s.path.replace(".", "/") for s in kept}
     for signal_ in kept:
         own = frame[list(signal_.columns)].astype(float)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import events, layout, pictures
-from orchestrator.viewing.pictures import Columns
+from orchestrator.viewing.signals import Columns, cast, signals
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = pictures.cast(STATIC.system)
-SIGNALS = pictures.signals(STATIC.system)
+WHO = cast(STATIC.system)
+SIGNALS = signals(STATIC.system)
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_a_plan_that_moves_is_told_once_per_second(frame):
 
 def test_without_a_path_there_is_no_manoeuvre():
     idle = prepare("idle", Options(mode="blocks"))
-    columns = Columns({"time": np.zeros(1)}, pictures.signals(idle.system))
-    assert events.phases(columns, pictures.cast(idle.system)) is None
-    log = events.Log(pictures.cast(idle.system), idle.scene, [])
+    columns = Columns({"time": np.zeros(1)}, signals(idle.system))
+    assert events.phases(columns, cast(idle.system)) is None
+    log = events.Log(cast(idle.system), idle.scene, [])
     assert log.of(columns, None) == []

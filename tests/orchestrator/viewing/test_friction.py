@@ -11,11 +11,11 @@ from components import BLOCKS
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
 from orchestrator.scenario import Options, default_values, prepare
-from orchestrator.viewing import friction, pictures
-from orchestrator.viewing.pictures import Columns
+from orchestrator.viewing import friction
+from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = pictures.cast(STATIC.system)
+WHO = cast(STATIC.system)
 VEHICLE = BLOCKS["bicycle"](**default_values(BLOCKS["bicycle"]))
 
 
@@ -23,7 +23,7 @@ def _columns(tyre, T_r):
     rows = {"time": np.zeros(1)} | {f"plant.tyre.{n}": np.array([getattr(tyre, n)]) for n in ("mu_f", "mu_r")}
     rows |= {f"plant.tyre.{n}": np.array([getattr(tyre, n)]) for n in ("F_cf", "F_cr", "alpha_f", "alpha_r")}
     rows |= {"controller.actuation.T_r": np.array([T_r]), "controller.actuation.delta_f": np.zeros(1)}
-    return Columns(rows, pictures.signals(STATIC.system))
+    return Columns(rows, signals(STATIC.system))
 
 
 @given(v_y=st.floats(-1, 1), r=st.floats(-1, 1), delta_f=st.floats(-0.3, 0.3), T_r=st.floats(-160, 200))
@@ -51,10 +51,10 @@ def test_a_plant_without_known_loads_shows_its_whole_share_across():
 
 
 def test_without_a_tyre_bus_there_is_no_circle():
-    columns = Columns({"time": np.zeros(1)}, pictures.signals(STATIC.system))
+    columns = Columns({"time": np.zeros(1)}, signals(STATIC.system))
     assert friction.shares(columns, WHO, None) is None
     assert list(friction.shapes(columns, WHO, None, "")) == []
     idle = prepare("idle", Options(mode="blocks"))
-    assert not friction.is_known(pictures.Recorded(idle.system), pictures.cast(idle.system))
-    assert friction.is_known(pictures.Recorded(STATIC.system), WHO)
-    assert not friction.is_known(pictures.Recorded(STATIC.system, [["plant.tyre.mu_f", "plant.tyre.mu_r"]]), WHO)
+    assert not friction.is_known(Recorded(idle.system), cast(idle.system))
+    assert friction.is_known(Recorded(STATIC.system), WHO)
+    assert not friction.is_known(Recorded(STATIC.system, [["plant.tyre.mu_f", "plant.tyre.mu_r"]]), WHO)

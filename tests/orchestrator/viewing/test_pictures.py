@@ -10,7 +10,8 @@ from components import BLOCKS
 from orchestrator.scenario import Options, prepare
 from orchestrator.system import System, block_source
 from orchestrator.viewing import layout, pictures
-from orchestrator.viewing.pictures import Boxes, Columns
+from orchestrator.viewing.pictures import Boxes
+from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 
 
 @pytest.fixture(scope="module")
@@ -33,41 +34,14 @@ def _traffic_rows(valid, x):
 
 def test_obstacles_of_invalid_slots_are_left_out(static):
     valid = [[True, False, True] + [False] * 5, [False] * 8, [False, True] + [False] * 6]
-    columns = Columns(_traffic_rows(valid, [10.0, 20.0, 30.0]), pictures.signals(static.system))
-    boxes, known = pictures.obstacles(columns, pictures.cast(static.system))
+    columns = Columns(_traffic_rows(valid, [10.0, 20.0, 30.0]), signals(static.system))
+    boxes, known = pictures.obstacles(columns, cast(static.system))
     assert boxes.count.tolist() == [2, 0, 1]
     assert boxes.id.tolist() == [1, 3, 2]
     assert boxes.x.tolist() == [10.0, 10.0, 30.0]
     assert known.shape[0] == 3
     last = boxes.where(np.array([False, True, True]))
     assert (last.count.tolist(), last.row.tolist(), last.id.tolist()) == ([0, 1], [1], [2])
-
-
-def test_what_was_not_recorded_is_not_there(static):
-    columns = Columns(pd.DataFrame({"time": [0.0], "plant.state.x": [1.0]}), pictures.signals(static.system))
-    assert [s.path for s in columns.signals] == ["plant.state.x"]
-    assert columns.bus("plant", "state", "x", "y") is None
-    assert columns.bus(None, "state", "x") is None
-    assert pictures.obstacles(columns, pictures.cast(static.system)) is None
-    assert pictures.errors(columns, pictures.cast(static.system)) is None
-
-
-def test_only_what_is_recorded_at_the_same_ticks_meets_in_a_picture(static):
-    who = pictures.cast(static.system)
-    assert pictures.has_errors(pictures.Recorded(static.system), who)
-    path = [f"controller.path.{name}[{i + 1}]" for name in "xy" for i in range(15)]
-    place = ["plant.state.x", "plant.state.y"]
-    assert pictures.has_errors(pictures.Recorded(static.system, [[*path, *place]]), who)
-    apart = pictures.Recorded(static.system, [path, place])
-    assert [signal.path for signal in apart.signals] == [
-        "plant.state.x",
-        "plant.state.y",
-        "controller.path.x",
-        "controller.path.y",
-    ]
-    assert apart.bus("plant", "state", "x", "y")
-    assert not pictures.has_errors(apart, who)
-    assert not pictures.Recorded(static.system, [path[:-1]]).bus("controller", *pictures.PATH)
 
 
 def test_a_boundary_shows_where_the_box_is_heading():
@@ -104,17 +78,17 @@ def test_lane_marks_stay_between_the_lanes(static):
 
 
 def test_known_limits_are_those_of_the_controllers_parameters(static):
-    found = {limit.label: limit.value for limit in layout.limits(static.system, pictures.signals(static.system))}
+    found = {limit.label: limit.value for limit in layout.limits(static.system, signals(static.system))}
     assert found["delta_max [rad]"] == -found["-delta_max [rad]"] > 0
     assert (found["T_dmax [N.m]"], found["-T_bmax [N.m]"], found["limit [1]"]) == (200, -160, 1)
 
 
 def test_questions_without_an_answer_are_not_asked():
     plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
-    known = pictures.signals(plain)
+    known = signals(plain)
     assert layout.questions(plain, known) == {}
     assert layout.limits(plain, known) == []
-    assert not pictures.has_errors(pictures.Recorded(plain), pictures.cast(plain))
+    assert not pictures.has_errors(Recorded(plain), cast(plain))
     assert [(plot.title, len(plot.signals)) for plot in layout.buses(known)] == [
         ("rest.obstacles [1]", 2),
         ("rest.obstacles [m]", 4),

@@ -12,8 +12,8 @@ from rerun.chunk import RrdReader
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.system import System
-from orchestrator.viewing import pictures
 from orchestrator.viewing.rerun_stream import RerunStream
+from orchestrator.viewing.signals import signals
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def recorded(static, rows, tmp_path_factory):
 
 def test_every_signal_is_recorded_exactly(recorded, static, rows):
     frame, _ = rows
-    for signal in pictures.signals(static.system):
+    for signal in signals(static.system):
         entity = "/signals/" + signal.path.replace(".", "/")
         found = recorded[entity, "Scalars:scalars"]
         assert [tick for tick, _ in found] == list(range(len(frame)))

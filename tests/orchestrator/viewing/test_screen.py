@@ -6,8 +6,8 @@ import pytest
 
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import layout, screen
-from orchestrator.viewing.pictures import signals
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
+from orchestrator.viewing.signals import signals
 
 STATIC = prepare("static", Options(mode="blocks"))
 

@@ -7,18 +7,18 @@ import pytest
 
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import pictures, shapes
-from orchestrator.viewing.pictures import Columns
+from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 from orchestrator.viewing.world import World, recorded_parts
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = pictures.cast(STATIC.system)
+WHO = cast(STATIC.system)
 
 
 def _columns(x):
     n = len(x)
     rows = {"time": np.arange(n) * 0.1, "plant.state.x": np.array(x, dtype=float)}
     rows |= {f"plant.state.{name}": np.zeros(n) for name in ("y", "psi", "v_x", "v_y", "r")}
-    return Columns(rows, pictures.signals(STATIC.system))
+    return Columns(rows, signals(STATIC.system))
 
 
 @pytest.fixture
@@ -73,6 +73,6 @@ def test_the_names_of_runs_stand_apart_from_above_and_from_behind():
 
 def test_only_parts_that_are_recorded_are_drawn(world):
     assert list(world.styles(set())) == []
-    recorded = pictures.Recorded(STATIC.system, [["plant.state.x", "plant.state.y", "plant.state.psi"]])
+    recorded = Recorded(STATIC.system, [["plant.state.x", "plant.state.y", "plant.state.psi"]])
     assert recorded_parts(recorded, WHO) == {"ego"}
-    assert recorded_parts(pictures.Recorded(STATIC.system), WHO) == {"ego", "obstacles", "path", "plan"}
+    assert recorded_parts(Recorded(STATIC.system), WHO) == {"ego", "obstacles", "path", "plan"}
