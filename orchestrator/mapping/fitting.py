@@ -115,8 +115,9 @@ class _Fit:
         feedthrough = self.mapping.feedthrough
         interface, told = adapted(self.theirs, self.socket, signals, adaptation, feedthrough=feedthrough)
         self.remarks += [f"{self.name}: {self.file} {text}" for text in told]
+        found = {s.name: self.found[s.name] for s in self.socket.signals() if s.name in self.found}
         return Fitting(
-            replace(self.mapping, socket=self.socket.name, signals=self.found),
+            replace(self.mapping, socket=self.socket.name, signals=found),
             adaptation,
             interface,
             tuple(self.rows),

@@ -188,6 +188,15 @@ def test_a_plant_made_with_pythonfmu(own, python_fmu):
     assert_same(run(made), own)
 
 
+def test_a_mapping_that_says_only_some_signals_is_written_the_same_each_time(built_fmus, tmp_path):
+    theirs = tmp_path / "theirs.toml"
+    fmu = built_fmus / "fmi3" / "stationary.fmu"
+    theirs.write_text(f'fmu = "{fmu}"\nsocket = "plant"\n[state]\npsi = {{ variable = "state.psi", factor = 0.5 }}\n')
+    ssp.write(prepare("idle", Options(mode="blocks", replacements={"plant": str(theirs)})), tmp_path / "system.ssp")
+    ssp.write(ssp_reader.read(tmp_path / "system.ssp"), tmp_path / "again.ssp")
+    assert (tmp_path / "again.ssp").read_bytes() == (tmp_path / "system.ssp").read_bytes()
+
+
 def test_a_run_with_a_mapped_fmu_can_be_repeated_from_its_ssp(tmp_path):
     made = prepared(foreign.right_handed_mapping(tmp_path))
     ssp.write(made, tmp_path / "system.ssp")
