@@ -27,7 +27,6 @@ from orchestrator.recording_process import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
 from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.single import single_fmu
-from orchestrator.ssp import reader as ssp_reader
 
 RECORDING = "recording.rrd"
 
@@ -61,6 +60,8 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     settings = parse_settings(options.settings, None)
     if path.suffix == ".fmu":
         return in_this_manner(single_fmu(path, settings, options), options)
+    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
+
     found = ssp_reader.read(
         path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
     )
