@@ -1,18 +1,23 @@
 """FMI 2.0's log messages, which come as a format with any number of values: formatted in C, brought to their unit.
 
-FMPy's library for it knows one receiver in all of the process, so that one stands here for all units.
+FMPy's library for it knows one receiver, so that one stands here for all units. It is loaded once more, from a copy: the
+one that FMPy has loaded forgets us when somebody simulates with FMPy in the same process.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
 
 from __future__ import annotations
 
+import ctypes
 import itertools
+import shutil
+import tempfile
 from collections.abc import Callable
-from ctypes import byref
 from functools import cache
+from pathlib import Path
 from typing import Any
 
+import fmpy
 from fmpy import fmi2
 
 _receivers: dict[int, tuple[str, Callable[[int, bytes], None]]] = {}
@@ -37,12 +42,22 @@ def formatting_logger() -> Any:
     callbacks = fmi2.fmi2CallbackFunctions()
     callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logged)
     _kept.append(callbacks.logger)
-    try:
-        from fmpy.logging import addLoggerProxy  # noqa: PLC0415 - there is none for every platform
-    except Exception:  # noqa: BLE001 - FMPy loads a library while it is imported
-        return callbacks.logger
-    addLoggerProxy(byref(callbacks))
+    library = _own_library()
+    if library is not None:
+        library.addLoggerProxy(ctypes.byref(callbacks))
     return callbacks.logger
+
+
+def _own_library() -> ctypes.CDLL | None:
+    """FMPy's library that formats messages, loaded for us alone; there is none for every platform."""
+    original = Path(fmpy.__file__).parent / "logging" / fmpy.platform / f"logging{fmpy.sharedLibraryExtension}"
+    with tempfile.TemporaryDirectory(prefix="fmi2_logger_", ignore_cleanup_errors=True) as folder:
+        try:
+            library = ctypes.CDLL(shutil.copy(original, folder))
+        except OSError:
+            return None
+    library.addLoggerProxy.argtypes, library.addLoggerProxy.restype = [ctypes.c_void_p], None
+    return library
 
 
 _kept: list[Any] = []

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+from fmpy import simulate_fmu
 
 from components.interfaces.problem import RequestError
 from fmus.archive import VALID, open_fmu
@@ -110,6 +112,17 @@ def test_a_wrong_token_is_told_with_what_the_fmu_says(good, tmp_path, version):
         f"m.fmu: found a library that refuses to make an instance ({said}); valid: a library that takes the {name}"
         " `other` of its modelDescription.xml. Export the FMU again."
     )
+
+
+def test_somebody_who_simulates_with_fmpy_meanwhile_does_not_take_our_messages(good, tmp_path, version):
+    """FMPy's library for the messages of FMI 2.0 knows one receiver: it called what was no longer there."""
+    theirs = []
+    path = changed(good, tmp_path, version, TEXT[version].replace('="g"', '="other"'))
+    before = refusal(path)
+    simulate_fmu(str(good), stop_time=0.1, output_interval=0.1, logger=lambda *said: theirs.append(said))
+    gc.collect()
+    assert refusal(path) == before
+    assert theirs == []
 
 
 def test_a_refusal_without_a_reason_is_told_as_one(good, tmp_path, version):
@@ -234,6 +247,37 @@ def test_steps_that_fail_end_the_run_with_all_rows(good, tmp_path, version, stat
             simulation.run()
         assert len(simulation.frame()) == 4
     assert str(error.value) == f"tick 3 (t = 0.3 s), unit `m`: {words}"
+
+
+CHATTY = """
+#include "fmi2Functions.h"
+#include <string.h>
+static fmi2Boolean wanted;
+static fmi2CallbackLogger say;
+static fmi2Status discard(double t) {
+    if (wanted && t > 0.25) say(0, "m", fmi2Discard, "logStatusDiscard", "no root beyond %.2f s", 0.25);
+    return t > 0.25 ? fmi2Discard : fmi2OK;
+}
+#define STATUS discard(t)
+#define EXTRA say = f->logger; wanted = l;
+#include "echo2.c"
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String names[]) {
+    for (size_t k = 0; k < n; k++) {
+        if (strcmp(names[k], "logStatusDiscard")) return fmi2Error;
+        wanted = on;
+    }
+    return fmi2OK;
+}
+"""
+
+
+def test_an_fmi2_unit_that_logs_when_it_is_asked_to_says_why_a_step_failed(tmp_path):
+    categories = '<LogCategories><Category name="logEvents"/><Category name="logStatusDiscard"/></LogCategories>'
+    text = description2([scalar("y", 101, "output")], ['<Unknown index="1"/>'], before=categories)
+    path = pack(tmp_path / "m.fmu", Version.FMI2, text, library(tmp_path / "c", Version.FMI2, CHATTY))
+    with pytest.raises(SimulationError) as error:
+        simulate(System({"m": Fmu(path)}, {}), h=0.1, until=1.0)
+    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: discarded the step; no root beyond 0.25 s"
 
 
 def test_outputs_that_are_no_numbers_end_the_run(good, tmp_path, version):
