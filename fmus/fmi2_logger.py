@@ -1,7 +1,7 @@
 """FMI 2.0's log messages, which come as a format with any number of values: formatted in C, brought to their unit.
 
-FMPy's library for it knows one receiver, so that one stands here for all units. It is loaded once more, from a copy: the
-one that FMPy has loaded forgets us when somebody simulates with FMPy in the same process.
+FMPy's library for it knows one receiver, so that one stands here for all units. It is loaded once more, from a copy:
+the one that FMPy has loaded forgets us when somebody simulates with FMPy in the same process.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
