@@ -33,6 +33,9 @@ from fmus.version import Version
 
 _ADDRESS = ctypes.c_size_t
 
+_FAILURES = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
+"""FMI 2.0's names for the categories of messages that say why a call failed"""
+
 _NATIVE: Mapping[Version, Mapping[Type, tuple[str, type[np.generic]]]] = {
     Version.FMI2: {
         Type.FLOAT64: ("Real", np.float64),
@@ -237,11 +240,14 @@ class Fmu2Unit(FmuUnit):
         environment = register(self.name, self._log)
         self._resources.callback(release, environment)
         callbacks.componentEnvironment = environment
-        with suppress(Exception):
+        try:
             self._fmu.instantiate(callbacks=callbacks, loggingOn=False)
-            return
-        # once more, to hear why: many say it only when they are asked to log
-        self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        except Exception:  # noqa: BLE001 - once more, to hear why: many say it only when they are asked to log
+            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        wanted = [c.name for c in self._archive.description.logCategories if c.name in _FAILURES]
+        if wanted:  # not all: a log of every event costs time at every step
+            with suppress(FMICallException):
+                self._fmu.setDebugLogging(loggingOn=True, categories=wanted)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
