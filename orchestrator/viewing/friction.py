@@ -2,8 +2,9 @@
 
 The bus `tyre` tells the share of the limit in use (`mu_f`, `mu_r`) and the lateral forces. Across, the share is the
 lateral force over mu F_z, with the static axle loads that the plant's parameters give (m, g, l_f, l_r, mu); along, it
-is what is left of the whole, ``sqrt(share^2 - lateral^2)``, towards driving or braking as the torque's sign says. A
-plant without these parameters shows its whole share across, on the side of the lateral force.
+is what is left of the whole, ``sqrt(share^2 - lateral^2)``, towards driving or braking as the sign of the torque says,
+or that of the acceleration where the torque is not known. A plant without these parameters shows its whole share
+across, on the side of the lateral force.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ def shares(columns: Columns, who: Cast, most: tuple[float, float] | None) -> Arr
     across = np.clip(across, -whole, whole)
     rest = whole * whole - across * across
     along = np.sqrt(np.where(rest > _TINY * whole * whole, rest, 0.0))
-    torque = columns.bus(who.controller, "actuation", "T_r")
-    backwards = np.zeros(len(whole), dtype=bool) if torque is None else torque[0] < 0
+    told = columns.bus(who.controller, "actuation", "T_r") or columns.bus(who.plant, "motion", "a_x")
+    backwards = np.zeros(len(whole), dtype=bool) if told is None else told[0] < 0
     return np.stack([np.where(backwards[:, None], -along, along), across], axis=-1)
 
 

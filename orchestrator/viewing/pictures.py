@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -116,17 +117,25 @@ def error_colours(error: Array) -> NDArray[np.uint8]:
 
 
 def waypoint_labels(x: Array, y: Array) -> list[str]:
-    """P0..P14; points on the same spot share one label, and the others stay empty."""
+    """P0..P14 for points (..., n), row by row; points on the same spot share one label, and the others stay empty."""
+    n = x.shape[-1]
+    x, y = x.round(2), y.round(2)
+    same = (x[..., :, None] == x[..., None, :]) & (y[..., :, None] == y[..., None, :])
+    same |= np.eye(n, dtype=np.bool_)  # also where there is no number
+    return [label for first in same.argmax(axis=-1).reshape(-1, n).tolist() for label in _labels(tuple(first))]
+
+
+@lru_cache(maxsize=256)
+def _labels(firsts: tuple[int, ...]) -> tuple[str, ...]:
+    """The labels of points, by the first point on the spot of each."""
     labels: list[str] = []
-    places: dict[tuple[float, float], int] = {}
-    for i, place in enumerate(zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)):
-        first = places.setdefault(place, i)
+    for i, first in enumerate(firsts):
         if first == i:
             labels.append(f"P{i}")
         else:
             labels[first] += f",{i}"
             labels.append("")
-    return labels
+    return tuple(labels)
 
 
 def raised(shapes: NDArray[Any], z: float) -> NDArray[Any]:

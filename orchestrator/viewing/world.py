@@ -172,9 +172,7 @@ class World:
         x, y = path[0][rows], path[1][rows]
         strips = [pictures.raised(line, 0.04) for line in path_lines(x, y)]
         yield Lines(entity=self._at("path"), rows=rows, strips=strips)
-        labels = None
-        if self._colour is None:
-            labels = [label for row in zip(x, y, strict=True) for label in pictures.waypoint_labels(*row)]
+        labels = pictures.waypoint_labels(x, y) if self._colour is None else None
         points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.05)])
         counts = [x.shape[1]] * len(x)
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)

@@ -50,6 +50,14 @@ def test_a_plant_without_known_loads_shows_its_whole_share_across():
     np.testing.assert_allclose(found, [[[0, signs[0] * tyre.mu_f], [0, signs[1] * tyre.mu_r]]], atol=1e-12)
 
 
+def test_braking_shows_also_where_the_torque_is_not_recorded():
+    rows = {"time": np.zeros(2)} | {f"plant.tyre.{n}": np.full(2, 0.5) for n in ("mu_f", "mu_r")}
+    rows |= {f"plant.tyre.{n}": np.zeros(2) for n in ("F_cf", "F_cr", "alpha_f", "alpha_r")}
+    rows |= {f"plant.motion.{n}": np.array([2.0, -2.0]) for n in ("a_x", "a_y", "r_dot")}
+    found = friction.shares(Columns(rows, signals(STATIC.system)), WHO, None)
+    np.testing.assert_allclose(found[:, :, 0], [[0.5, 0.5], [-0.5, -0.5]])
+
+
 def test_without_a_tyre_bus_there_is_no_circle():
     columns = Columns({"time": np.zeros(1)}, signals(STATIC.system))
     assert friction.shares(columns, WHO, None) is None

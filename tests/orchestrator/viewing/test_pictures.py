@@ -62,6 +62,9 @@ def test_an_outline_is_the_box_grown_on_every_side():
 def test_waypoints_on_one_spot_share_a_label():
     x = np.array([0.0, 1.0, 1.0, 1.0, 2.0])
     assert pictures.waypoint_labels(x, np.zeros(5)) == ["P0", "P1,2,3", "", "", "P4"]
+    rows = np.array([[0.0, 0.004], [1.0, 2.0], [np.nan, np.nan]])
+    assert pictures.waypoint_labels(rows, np.zeros((3, 2))) == ["P0,1", "", "P0", "P1", "P0", "P1"]
+    assert pictures.waypoint_labels(rows, rows[::-1]) == ["P0", "P1"] * 3
 
 
 def test_the_error_is_drawn_from_green_to_red_whatever_its_sign():
