@@ -19,7 +19,7 @@ from orchestrator.ssp.conversion import constant, joined
 from orchestrator.ssp.parameters import Value, Values
 from orchestrator.ssp.parts import Part, Place
 from orchestrator.ssp.types import Declared, Step
-from orchestrator.ssp.wiring import Driver, Wiring
+from orchestrator.ssp.wiring import Driver, Wiring, is_inside
 
 _FEW: Final = 4
 """Elements of an array that a remark shows"""
@@ -217,8 +217,8 @@ def _picked(value: Value, at: Index, declared: Declared) -> Value:
         return value
     texts = value.texts[0].split() if len(value.texts) == 1 else list(value.texts)
     shape = value.declared.shape or declared.shape or (len(texts),)
-    place = int(np.ravel_multi_index([i - 1 for i in at], shape)) if len(at) == len(shape) else 0
-    one = texts[place : place + 1] if place < len(texts) else []
+    known = is_inside(at, shape) and math.prod(shape) == len(texts)
+    one = [texts[int(np.ravel_multi_index([i - 1 for i in at], shape))]] if known else []
     return replace(value, texts=tuple(one), declared=replace(value.declared, shape=()))
 
 

@@ -50,7 +50,7 @@ def number(document: Document, node: Node, name: str, kind: Callable[[str], Any]
         return default
     try:
         value = kind(text.strip())
-        if math.isfinite(value):
+        if kind is int or math.isfinite(value):
             return value
     except ValueError:
         pass

@@ -69,16 +69,21 @@ class Wiring:
 
     def _at(self, wire: Wire, port: Port, at: Index) -> Index:
         """The element that one end of a wire means."""
-        place = self._place(port)
-        if place is None or (place.at is None and at is None):
+        place, connector = self._place(port), self.connector(port)
+        own = None if place is None else place.at
+        if at is None:
+            return own
+        said = connector.declared.shape if connector is not None else None
+        shape = said or () if place is None else place.shape
+        if place is None and not shape:  # a system may leave the lengths open
             return at
-        if at is not None and not (not place.at and _is_inside(at, place.shape)):
+        if own or not is_inside(at, shape):
             told = f"the element {' '.join(map(str, at))} of `{port[1]}`"
-            lengths = " x ".join(map(str, place.shape))
-            valid = f"an element of {lengths}" if place.shape else "no element: it is a scalar"
+            lengths = " x ".join(map(str, shape))
+            valid = f"an element of {lengths}" if shape else "no element: it is a scalar"
             self._findings.wrong(wire.step.where, told, valid)
-            return place.at
-        return place.at or at
+            return own
+        return at
 
     def drivers(self, part: Part, place: Place) -> list[Driver]:
         """What drives a variable: nothing, one driver of all of it, or those of its elements."""
@@ -149,7 +154,7 @@ class Wiring:
         if part is None:
             return  # its component cannot be used: told already
         place = part.places.get(name)
-        if place is not None and here and not _is_inside(here, place.variable.shape):
+        if place is not None and here and not is_inside(here, place.variable.shape):
             told = f"one element for `{part.name}.{name}` of shape {place.variable.shape}"
             self._findings.wrong(wire.step.where, told, "arrays of one shape, or scalars")
         elif place is not None and place.role in ("outputs", "clocks"):
@@ -162,5 +167,6 @@ class Wiring:
             self._findings.wrong(wire.step.where, f"no variable `{name}` of `{part.name}`", "one that it has", close)
 
 
-def _is_inside(at: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+def is_inside(at: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+    """Whether an array of this shape has an element, counted from 1."""
     return len(at) == len(shape) and all(1 <= i <= n for i, n in zip(at, shape, strict=True))

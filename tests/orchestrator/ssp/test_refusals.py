@@ -447,6 +447,22 @@ def test_a_unit_that_is_none_of_its_base_unit_is_no_other(tmp_path, files):
     assert read(tmp_path, files, whole) == [f"line 8: {told}{LENIENT}"]
 
 
+@pytest.mark.parametrize(
+    ("indices", "size", "found"),
+    [
+        ("4", 3, ["line 12: x -> a.u: found the element 4 of `x`; valid: an element of 3"]),
+        ("1 1", 3, ["line 12: x -> a.u: found the element 1 1 of `x`; valid: an element of 3"]),
+        ("2", 10**400, ["line 6: parameter `x`: found 0 values; valid: 1, the length of `u`"]),
+    ],
+)
+def test_elements_of_a_connector_of_the_system_that_it_does_not_have(tmp_path, files, indices, size, found):
+    kind = f'kind="input"><ssc:Float64/><ssc:Dimension size="{size}"/>'
+    array = f'<ssd:Connectors>\n<ssd:Connector name="x" {kind}</ssd:Connector></ssd:Connectors>\n'
+    given = binding(values(x=("Float64", "1 2 3", None)).replace('version="1.0"', 'version="2.0"'))
+    whole = array + bindings(given) + body(A, wire("x", "a.u", attributes=f'startIndices="{indices}"'))
+    assert read(tmp_path, files, whole, version="2.0")[: len(found)] == found
+
+
 def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
     whole = body(component("a", "vectors.fmu", connectors("s:input")))
     path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
