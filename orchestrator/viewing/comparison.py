@@ -61,10 +61,16 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
 
 
 def difference(first: Rows, other: Rows, column: str) -> NDArray[np.float64]:
-    """How much larger a signal is in `other` than in `first`, at the times of `other`; NaN where `first` has ended."""
-    t_first, t_other = (np.asarray(table["time"], dtype=float) for table in (first, other))
-    there = np.asarray(first[column], dtype=float)
-    return np.asarray(other[column], dtype=float) - np.interp(t_other, t_first, there, left=np.nan, right=np.nan)
+    """How much larger a signal is in `other` than in `first`, at the times of `other`; NaN where `first` has ended.
+
+    Between the ticks at which `first` recorded it, its signal is a line.
+    """
+    there, here = (np.asarray(table[column], dtype=float) for table in (first, other))
+    known = np.isfinite(there)
+    if not known.any():
+        return np.full(len(here), np.nan)
+    time = np.asarray(first["time"], dtype=float)[known]
+    return here - np.interp(np.asarray(other["time"], dtype=float), time, there[known], left=np.nan, right=np.nan)
 
 
 def _differences(name: str, columns: Sequence[str], first: Rows, other: Rows) -> Iterator[Shape | Style]:

@@ -109,6 +109,15 @@ def test_runs_of_other_steps_are_aligned_by_time():
     np.testing.assert_allclose(comparison.difference(coarse, fine, "x"), [3] * 9 + [np.nan] * 3)
 
 
+def test_a_signal_that_was_recorded_now_and_then_has_a_difference_all_the_same():
+    rare = {"time": np.arange(7) * 0.1, "x": np.array([0, np.nan, np.nan, 3, np.nan, np.nan, 6.0])}
+    dense = {"time": np.arange(9) * 0.1, "x": np.arange(9) + 2.0}
+    np.testing.assert_allclose(comparison.difference(rare, dense, "x"), [2] * 7 + [np.nan] * 2)
+    np.testing.assert_allclose(comparison.difference(dense, rare, "x"), [-2, *[np.nan] * 2] * 2 + [-2])
+    never = {"time": rare["time"], "x": np.full(7, np.nan)}
+    assert np.isnan(comparison.difference(never, dense, "x")).all()
+
+
 def test_a_signal_that_is_not_there_is_refused_for_every_run(runs, tables, tmp_path):
     with pytest.raises(RequestError) as raised:
         _compared(runs, tables, ["plant.state.w"], tmp_path / "both.rrd")
