@@ -115,8 +115,7 @@ def test_without_a_display_it_says_how_to_connect(monkeypatch):
 def test_a_server_that_was_stopped_does_not_hold_up_the_end():
     with Live(Wish(viewer=False), lambda _: None) as stream:
         stream._server.send_signal(signal.SIGSTOP)
-        began = time.monotonic()
-    assert time.monotonic() - began < 10
+    assert stream._server.returncode == -signal.SIGKILL  # anything softer would wait for ever
 
 
 @contextmanager
