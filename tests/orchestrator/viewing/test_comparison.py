@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
 from orchestrator import recorder
@@ -19,6 +20,7 @@ from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import comparison
 from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing.rerun_stream import read_series
+from orchestrator.viewing.run_picture import MICROSECONDS
 
 LINE = arrays(float, 21, elements=st.floats(-1e3, 1e3))
 
@@ -74,6 +76,34 @@ def sparse(tmp_path_factory):
         recording.end({})
         assert recording.wait() == ""
     return kept.find(folder)
+
+
+def _views(path):
+    """The names of all views in the layout that a recording brings along."""
+    reader = RrdReader(path)
+    (layout,) = reader.blueprints()
+    batches = [chunk.to_record_batch() for chunk in reader.stream(store=layout)]
+    name = "ViewBlueprint:display_name"
+    return {text for b in batches if name in b.schema.names for (text,) in b.column(name).to_pylist()}
+
+
+def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path):
+    seen = {
+        "Bird's eye view: x to the right, y up",
+        "Following view",
+        "Yaw rate r [rad/s]",
+        "Speed v_x [m/s], v_ref 10",
+        "Events",
+        "plant.state [m]: x blue, y orange",
+        "plant.state [rad]: psi green",
+        "plant.state [m/s]: v_x red, v_y violet",
+        "plant.state [rad/s]: r cyan",
+        "controller.plan [m]",
+        "About this run",
+    }
+    assert _views(sparse.recording) == seen | {f"Wall time per step [{MICROSECONDS}]"}
+    comparison.rebuild(sparse, tmp_path / "anew.rrd")
+    assert _views(tmp_path / "anew.rrd") == seen
 
 
 def test_a_run_made_anew_has_each_signal_at_its_own_ticks(sparse, tmp_path):
