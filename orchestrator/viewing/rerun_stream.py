@@ -314,7 +314,10 @@ def _view(view: screens.View) -> Any:
             made = _group(view)
         case screens.Series():
             legend = rrb.PlotLegend(visible=view.legend)
-            made = rrb.TimeSeriesView(origin="/", contents=view.contents, name=view.title, plot_legend=legend)
+            axis = rrb.TimeAxis(link="LinkToGlobal")  # who looks closer at one plot sees the same seconds in all
+            made = rrb.TimeSeriesView(
+                origin="/", contents=view.contents, name=view.title, axis_x=axis, plot_legend=legend
+            )
         case screens.Scenery():
             made = _scenery(view)
         case screens.Plane():

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
@@ -78,13 +79,24 @@ def sparse(tmp_path_factory):
     return kept.find(folder)
 
 
-def _views(path):
-    """The names of all views in the layout that a recording brings along."""
+def _in_layout(path, name):
+    """The values of a component in the layout that a recording brings along."""
     reader = RrdReader(path)
     (layout,) = reader.blueprints()
     batches = [chunk.to_record_batch() for chunk in reader.stream(store=layout)]
-    name = "ViewBlueprint:display_name"
-    return {text for b in batches if name in b.schema.names for (text,) in b.column(name).to_pylist()}
+    return [value for b in batches if name in b.schema.names for (value,) in b.column(name).to_pylist()]
+
+
+def _views(path):
+    """The names of all views."""
+    return set(_in_layout(path, "ViewBlueprint:display_name"))
+
+
+def test_all_plots_show_the_same_seconds(sparse):
+    kinds = _in_layout(sparse.recording, "ViewBlueprint:class_identifier")
+    links = _in_layout(sparse.recording, "TimeAxis:link")
+    assert links == [LinkAxis.LinkToGlobal.value] * kinds.count("TimeSeries")
+    assert links
 
 
 def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path):
