@@ -7,17 +7,15 @@ from __future__ import annotations
 import ctypes
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmpy import freeLibrary
 
 from components.interfaces.problem import choices, refuse
+from fmus.archive import Archive
 from fmus.platform_names import binary_path, platform_tuple
 from fmus.recompile import compile_library, has_sources
 from fmus.version import Version
-
-if TYPE_CHECKING:
-    from fmus.archive import Archive
 
 _LISTED = 5
 

@@ -13,18 +13,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import platformdirs
 
 from components.interfaces.problem import refuse
+from fmus.archive import Archive
 from fmus.compiler import required_compiler
 from fmus.platform_names import platform_tuple
 from fmus.unpack import parse_xml
 from fmus.version import Version
-
-if TYPE_CHECKING:
-    from fmus.archive import Archive
 
 BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
 _VALID: Final = "sources that a C compiler takes"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from components.interfaces.quantity import DTYPES
-from fmus.archive import open_fmu
+from fmus.opening import open_fmu
 from fmus.unit import widths
 from fmus.units import fmu_unit
 from fmus.version import Version

@@ -8,7 +8,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
-from fmus.archive import open_fmu
+from fmus.opening import open_fmu
 from fmus.ports import whole_name
 from fmus.version import Version
 from orchestrator.master import Simulation, simulate

@@ -12,7 +12,8 @@ import pytest
 from fmpy import simulate_fmu
 
 from components.interfaces.problem import RequestError
-from fmus.archive import VALID, open_fmu
+from fmus.archive import VALID
+from fmus.opening import open_fmu
 from fmus.platform_names import binary_path, platform_tuple
 from fmus.units import fmu_unit
 from fmus.version import Version
