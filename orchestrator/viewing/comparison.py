@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from orchestrator.log import paces
 from orchestrator.viewing import pages, palette, rerun_stream, screen
-from orchestrator.viewing.kept_run import KeptRun, rows
+from orchestrator.viewing.kept_run import KeptRun
 from orchestrator.viewing.run_picture import RunPicture
 from orchestrator.viewing.shapes import Page, SeriesStyle, Shape, Style, Values, entity
 
@@ -21,9 +21,9 @@ Batch: TypeAlias = tuple[NDArray[np.int64], float, Iterator[Shape | Style]]
 """Ticks, macro step [s] and shapes"""
 
 
-def rebuild(run: KeptRun, path: Path) -> None:
-    """Write the recording of a run anew, from the rows it kept."""
-    scenario, groups = run.scenario, _groups(run, rows(run, path.parent, lambda _: None))
+def rebuild(run: KeptRun, table: Rows, path: Path) -> None:
+    """Write the recording of a run anew, from its rows."""
+    scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
     batches = _batches(picture, groups, scenario.h)

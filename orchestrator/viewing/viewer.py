@@ -10,7 +10,7 @@ from math import isfinite
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator.viewing import kept_run
+from orchestrator.viewing import kept_run, repair
 from orchestrator.viewing.kept_run import KeptRun
 from orchestrator.viewing.photograph import write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, executable, has_display
@@ -63,10 +63,10 @@ def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun
 def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path, tell: Callable[[str], None]) -> Path:
     """The file to open: a run's own recording where it is whole, else one in `scratch`. Raises `RequestError`."""
     if len(runs) == 1:
-        return kept_run.whole_recording(runs[0], scratch, tell)
+        return repair.whole_recording(runs[0], scratch, tell)
     from orchestrator.viewing.comparison import compare  # noqa: PLC0415 - Rerun is slow to import
 
-    tables = [kept_run.rows(run, scratch, tell) for run in runs]
+    tables = [repair.rows(run, scratch, tell) for run in runs]
     path = scratch / "comparison.rrd"
     compare(runs, tables, differences, path)
     return path

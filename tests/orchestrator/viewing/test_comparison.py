@@ -18,7 +18,7 @@ from orchestrator.parquet import write_signals
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import Request
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import comparison
+from orchestrator.viewing import comparison, repair
 from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing.rerun_stream import read_series
 from orchestrator.viewing.run_picture import MICROSECONDS
@@ -114,12 +114,12 @@ def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path)
         "About this run",
     }
     assert _views(sparse.recording) == seen | {f"Wall time per step [{MICROSECONDS}]"}
-    comparison.rebuild(sparse, tmp_path / "anew.rrd")
+    comparison.rebuild(sparse, repair.rows(sparse, tmp_path, print), tmp_path / "anew.rrd")
     assert _views(tmp_path / "anew.rrd") == seen
 
 
 def test_a_run_made_anew_has_each_signal_at_its_own_ticks(sparse, tmp_path):
-    comparison.rebuild(sparse, tmp_path / "anew.rrd")
+    comparison.rebuild(sparse, repair.rows(sparse, tmp_path, print), tmp_path / "anew.rrd")
     found, expected = read_series(tmp_path / "anew.rrd"), read_series(sparse.recording)
     assert expected.keys() - found.keys() == {"/performance/step_time"}
     assert found["/signals/controller/plan/x"][0].tolist() == [0, 5, 10]

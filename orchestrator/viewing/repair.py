@@ -1,0 +1,85 @@
+"""What can be had of a run whatever is missing or damaged: a recording that opens, and its rows."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from components.interfaces.problem import RequestError, refuse
+from orchestrator.viewing.kept_run import SIGNALS, VALID, KeptRun
+from orchestrator.viewing.rerun_program import executable
+
+
+def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Path:
+    """A recording of `run` that a viewer can open: its own, a repaired copy, or one made anew from its rows.
+
+    Copies are written into `scratch`, and `tell` is told in one line. Raises `RequestError`.
+    """
+    if run.recording is not None and _is_whole(run.recording):
+        return run.recording
+    copy = scratch / f"{run.name.removesuffix('.rrd')}.rrd"
+    if run.has_rows:
+        from orchestrator.viewing.comparison import rebuild  # noqa: PLC0415 - Rerun is slow to import
+
+        try:
+            rebuild(run, rows(run, scratch, tell), copy)
+        except RequestError:  # killed while it wrote them
+            if run.recording is None:
+                raise
+        else:
+            state = "no recording.rrd" if run.recording is None else "a recording.rrd that is damaged"
+            tell(f"{run.where}: {state}; opening one made from signals.parquet")
+            return copy
+    if run.recording is not None:
+        _rerun("rrd", "optimize", "--continue-on-error", str(run.recording), "-o", str(copy))
+        if copy.is_file() and _is_whole(copy):
+            tell(f"{run.where}: the recording was cut short or is damaged; opening a repaired copy of what can be read")
+            return copy
+    raise refuse(run.where, "a recording that cannot be read", VALID, "Run it again.")
+
+
+def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[str, Any]:
+    """All rows of a run by column, from `signals.parquet`, or from its recording where that is missing.
+
+    Where a signal was not recorded at a tick its number is NaN.
+
+    Raises `RequestError`.
+    """
+    if run.has_rows and run.folder is not None:
+        return _from_parquet(run.folder / SIGNALS)
+    import numpy as np  # noqa: PLC0415
+
+    from orchestrator.viewing.rerun_stream import read_series  # noqa: PLC0415 - Rerun is slow to import
+
+    series = read_series(whole_recording(run, scratch, tell))
+    ticks = np.unique(np.concatenate([found for found, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))
+    columns: dict[str, Any] = {"time": ticks * run.scenario.h}
+    for signal in run.signals:
+        if signal.entity in series:
+            own, values = series[signal.entity]
+            whole = np.full((len(ticks), values.shape[1]), np.nan)
+            whole[np.isin(ticks, own)] = values
+            columns |= dict(zip(signal.columns, whole.T, strict=True))
+    return columns
+
+
+def _from_parquet(path: Path) -> Mapping[str, Any]:
+    import pandas as pd  # noqa: PLC0415 - slow to import
+
+    try:
+        frame = pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        remedy = "Run it again, or open recording.rrd itself."
+        raise refuse(str(path), "a file that cannot be read", "the signals.parquet of a run", remedy) from error
+    return {str(name): frame[name].to_numpy() for name in frame}
+
+
+def _is_whole(recording: Path) -> bool:
+    return _rerun("rrd", "verify", str(recording)).startswith("1 file verified without error")
+
+
+def _rerun(*arguments: str) -> str:
+    done = subprocess.run([executable(), *arguments], capture_output=True, text=True, check=False)  # noqa: S603
+    return done.stdout + done.stderr
