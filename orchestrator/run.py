@@ -23,7 +23,7 @@ from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
 from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
-from orchestrator.recording_process import Recorder, Request
+from orchestrator.recording_messages import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
 from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.single import single_fmu

@@ -16,7 +16,8 @@ from orchestrator.master import Simulation
 from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
 from orchestrator.recording import Recording
-from orchestrator.recording_process import RecordingProcess, Request
+from orchestrator.recording_messages import Request
+from orchestrator.recording_process import RecordingProcess
 from orchestrator.scenario import Options, prepare
 
 TICKS = 601

@@ -12,7 +12,7 @@ from orchestrator import recorder
 from orchestrator.log import EVERYTHING
 from orchestrator.master import Simulation
 from orchestrator.recording import LARGE, Afterwards, Recording, joined
-from orchestrator.recording_process import Request
+from orchestrator.recording_messages import Request
 from orchestrator.scenario import Options, prepare
 
 ABOUT = {"status": "finished"}

@@ -13,9 +13,10 @@ import time
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import recorder, recording_process
+from orchestrator import recorder, recording_worker
 from orchestrator.master import Simulation
-from orchestrator.recording_process import RecordingProcess, Request, Rows
+from orchestrator.recording_messages import Request, Rows, send
+from orchestrator.recording_process import RecordingProcess
 from orchestrator.scenario import Options, prepare
 
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -39,7 +40,7 @@ def request(simulation, folder):
 
 def as_sent(message):
     stream = io.BytesIO()
-    recording_process._write(stream, message)
+    send(stream, message)
     return stream.getvalue()
 
 
@@ -51,10 +52,10 @@ class WhoReadsThis:
 def test_the_thread_that_takes_messages_leaves_their_meaning_and_its_imports_to_the_main_one():
     messages = queue.SimpleQueue()
     stream = io.BytesIO(as_sent(WhoReadsThis()) * 2 + as_sent(WhoReadsThis())[:-1])
-    thread = threading.Thread(target=recording_process._receive, args=(stream, messages))
+    thread = threading.Thread(target=recording_worker._receive, args=(stream, messages))
     thread.start()
     thread.join()
-    assert recording_process._waiting(messages) == [threading.main_thread()] * 2 + [None]
+    assert recording_worker._waiting(messages) == [threading.main_thread()] * 2 + [None]
 
 
 def read(folder):
@@ -92,7 +93,7 @@ def test_rows_are_recorded_while_the_simulation_steps(simulation, tmp_path):
 
 def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     simulation.run()
-    command = [sys.executable, "-m", "orchestrator.recording_process"]
+    command = [sys.executable, "-m", "orchestrator.recording_worker"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdin.write(as_sent(request(simulation, tmp_path)))
         process.stdin.write(as_sent(Rows(simulation.log.batches(0, 15, simulation.step_times))))

@@ -16,7 +16,7 @@ from orchestrator import recorder
 from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
 from orchestrator.recording import Afterwards
-from orchestrator.recording_process import Request
+from orchestrator.recording_messages import Request
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import comparison, repair
 from orchestrator.viewing import kept_run as kept

@@ -1,0 +1,103 @@
+"""What the process that records does: it reads messages until they end.
+
+When the rows end without a word, because the stepping process has died, it completes the recording with what it has.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import pickle
+import queue
+import sys
+import threading
+import traceback
+from importlib.abc import MetaPathFinder
+from typing import IO, Any, TypeAlias
+
+from typing_extensions import override
+
+from orchestrator.recording_messages import Request, Rows
+
+Messages: TypeAlias = "queue.SimpleQueue[bytes | None]"
+
+
+class _WithoutPandas(MetaPathFinder):
+    """Hides pandas, which recording has no need of: pyarrow imports all of it as soon as Rerun hands it a list."""
+
+    @override
+    def find_spec(self, fullname: str, path: object, target: object = None) -> None:
+        if fullname == "pandas":
+            raise ModuleNotFoundError("left out of the process that records", name=fullname)
+
+
+def main(stream: IO[bytes]) -> None:
+    """The recording side: read messages until they end."""
+    sys.meta_path.insert(0, _WithoutPandas())
+    messages: Messages = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(stream, messages), daemon=True).start()
+    _get_ready()
+    request: Request | None = _next(messages)
+    if request is not None:
+        _record(request, messages)
+
+
+def _receive(stream: IO[bytes], messages: Messages) -> None:
+    """Take what comes, so that the other side never waits; nothing more is `None`.
+
+    Nothing is imported here: two threads that import modules that need each other find them half made.
+    """
+    with contextlib.suppress(EOFError, pickle.UnpicklingError, OSError):
+        while True:
+            messages.put(pickle.load(stream))  # noqa: S301 - from the process that started this one
+    messages.put(None)
+
+
+def _next(messages: Messages) -> Any:
+    """The next message, as soon as there is one."""
+    message = messages.get()
+    return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
+
+
+def _get_ready() -> None:
+    for module in ("ssp.reader", "viewing.rerun_stream", "recording"):
+        importlib.import_module(f"orchestrator.{module}")
+
+
+def _record(request: Request, messages: Messages) -> None:
+    from orchestrator.recording import Recording, joined  # noqa: PLC0415
+    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
+
+    scenario = ssp_reader.read(request.folder / "system.ssp")
+    recording = Recording(request, scenario)
+    print("open", flush=True)  # noqa: T201 - what the other side waits for
+    about, over = {**request.about, "status": "cut short"}, False
+    while not over:
+        found = _waiting(messages)
+        over = found[-1] is None
+        rows: list[Rows] = [message for message in found if message is not None]
+        about = next((part.about for part in rows if part.about is not None), about)
+        recording.log(joined([batch for part in rows for batch in part.batches]), last=over)
+    recording.close(about)
+
+
+def _waiting(messages: Messages) -> list[Any]:
+    """All messages that have come, at least one; after the last there is `None`."""
+    found = [_next(messages)]
+    while not messages.empty() and found[-1] is not None:
+        found.append(_next(messages))
+    return found
+
+
+if __name__ == "__main__":
+    code = 0
+    try:
+        main(sys.stdin.buffer)
+    except Exception:  # noqa: BLE001 - the other side tells
+        traceback.print_exc()
+        code = 1
+    importlib.import_module("orchestrator.ssp.archive").remove_packages()
+    # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
+    sys.stderr.flush()
+    os._exit(code)
