@@ -110,8 +110,9 @@ class Afterwards:
                 last = min(first + LARGE, log.kept)
                 recording.log(log.batches(first, last, self._simulation.step_times), last=True)
             recording.close(self._about)
-        except OSError as error:
-            return str(error)
+            _beside(request.folder / request.sink).unlink(missing_ok=True)  # of a process that has died
+        except Exception as error:  # noqa: BLE001 - the run is worth its while without it, and a note tells
+            return f"{type(error).__name__}: {error}"
         return ""
 
 

@@ -18,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Final, Self
 from orchestrator.recording_messages import Request, Rows, send
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
+    from orchestrator.log import Log
     from orchestrator.master import Simulation
 
 TO_FILE: Final = 0.5
@@ -26,6 +27,8 @@ TO_VIEWER: Final = 0.1
 """[s] the same for a viewer, so that motion looks like motion"""
 _OPEN_WITHIN: Final = 60.0
 """[s] until the run begins all the same"""
+_WRITES_WITHIN, _WRITES_A_TICK_WITHIN = 60.0, 0.002
+"""[s] after the last row, and for each tick, until the process counts as one that hangs"""
 
 
 class RecordingProcess:
@@ -36,6 +39,8 @@ class RecordingProcess:
         self._end: dict[str, str] | None = None
         self._open, self._wake = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
+        self._log: Log | None = None
+        self._failed = ""
 
     def __enter__(self) -> Self:
         self._said = tempfile.TemporaryFile()
@@ -49,10 +54,10 @@ class RecordingProcess:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._process.poll() is None and self._thread is None:
+        if self._thread is None:
             self._process.kill()  # nothing was begun
-        elif self._process.poll() is None:
-            self.end({})
+        else:
+            self.end({})  # cut short, if it was not said before that it has ended
             self.wait(10)
         self._process.wait()
         for pipe in (self._process.stdin, self._process.stdout):
@@ -62,6 +67,7 @@ class RecordingProcess:
 
     def begin(self, request: Request, simulation: Simulation) -> None:
         """Record `simulation` from now on, until `end`; comes back at once."""
+        self._log = simulation.log
         self._thread = threading.Thread(target=self._feed, args=(request, simulation), daemon=True)
         self._thread.start()
 
@@ -76,9 +82,14 @@ class RecordingProcess:
             self._wake.set()
 
     def wait(self, timeout: float | None = None) -> str:
-        """Wait until everything is written, or end the process; what went wrong, in a line, or nothing."""
-        if self._thread is None:
+        """Wait until everything is written, or end the process; what went wrong, in a line, or nothing.
+
+        Without a `timeout` [s] a process that hangs has a minute, and more for many rows.
+        """
+        if self._thread is None or self._log is None:
             return ""
+        if timeout is None:
+            timeout = _WRITES_WITHIN + _WRITES_A_TICK_WITHIN * self._log.kept
         try:
             code = self._process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -88,27 +99,38 @@ class RecordingProcess:
         finally:
             self._thread.join(1)
         if not code:
-            return ""
+            return self._failed
         self._said.seek(0)
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         return lines[-1] if lines else f"exit code {code}"
 
     def _feed(self, request: Request, simulation: Simulation) -> None:
-        stream, sent, log = _there(self._process.stdin), 0, simulation.log
-        with contextlib.suppress(OSError):  # the process is gone; `wait` tells why
-            send(stream, request)
-            opened = _there(self._process.stdout)
-            while opened.readline() not in {b"open\n", b"open\r\n", b""}:  # libraries may say something too
-                pass
-            self._open.set()
-            while self._end is None:
-                self._wake.wait(self._interval)
-                ended, kept = self._end, log.kept
-                if kept > sent and ended is None:
-                    send(stream, Rows(log.batches(sent, kept, simulation.step_times)))
-                    sent = kept
-            send(stream, Rows(log.batches(sent, log.kept, simulation.step_times), self._end))
-            stream.close()
+        stream = _there(self._process.stdin)
+        try:
+            self._hand_on(stream, request, simulation)
+        except OSError:
+            pass  # the process is gone; `wait` tells why
+        except Exception as error:  # noqa: BLE001 - the run goes on, and `wait` tells
+            self._failed = f"{type(error).__name__}: {error}"
+        finally:
+            self._open.set()  # whoever waits for it has nothing to wait for
+            with contextlib.suppress(OSError):
+                stream.close()
+
+    def _hand_on(self, stream: IO[bytes], request: Request, simulation: Simulation) -> None:
+        sent, log = 0, simulation.log
+        send(stream, request)
+        opened = _there(self._process.stdout)
+        while opened.readline() not in {b"open\n", b"open\r\n", b""}:  # libraries may say something too
+            pass
+        self._open.set()
+        while self._end is None:
+            self._wake.wait(self._interval)
+            ended, kept = self._end, log.kept
+            if kept > sent and ended is None:
+                send(stream, Rows(log.batches(sent, kept, simulation.step_times)))
+                sent = kept
+        send(stream, Rows(log.batches(sent, log.kept, simulation.step_times), self._end or None))
 
 
 def _there(pipe: IO[bytes] | None) -> IO[bytes]:

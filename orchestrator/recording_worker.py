@@ -12,15 +12,18 @@ import pickle
 import queue
 import sys
 import threading
+import time
 import traceback
 from importlib.abc import MetaPathFinder
-from typing import IO, Any, TypeAlias
+from typing import IO, Any, Final, TypeAlias
 
 from typing_extensions import override
 
 from orchestrator.recording_messages import Request, Rows
 
 Messages: TypeAlias = "queue.SimpleQueue[bytes | None]"
+_LINGERS: Final = 5.0
+"""[s] for a viewer to take what is left; the other side, if it lives, waits for less"""
 
 
 class _WithoutPandas(MetaPathFinder):
@@ -36,11 +39,15 @@ def main(stream: IO[bytes]) -> None:
     """The recording side: read messages until they end."""
     sys.meta_path.insert(0, _WithoutPandas())
     messages: Messages = queue.SimpleQueue()
-    threading.Thread(target=_receive, args=(stream, messages), daemon=True).start()
+    receiver = threading.Thread(target=_receive, args=(stream, messages), daemon=True)
+    receiver.start()
     _get_ready()
     request: Request | None = _next(messages)
-    if request is not None:
-        _record(request, messages)
+    if request is None:
+        return
+    if isinstance(request.sink, str):
+        threading.Thread(target=_give_up, args=(receiver,), daemon=True).start()
+    _record(request, messages)
 
 
 def _receive(stream: IO[bytes], messages: Messages) -> None:
@@ -52,6 +59,13 @@ def _receive(stream: IO[bytes], messages: Messages) -> None:
         while True:
             messages.put(pickle.load(stream))  # noqa: S301 - from the process that started this one
     messages.put(None)
+
+
+def _give_up(receiver: threading.Thread) -> None:
+    """End this process when its viewer hangs, some time after the last row: who started it may have died."""
+    receiver.join()
+    time.sleep(_LINGERS)
+    os._exit(1)
 
 
 def _next(messages: Messages) -> Any:
@@ -67,10 +81,12 @@ def _get_ready() -> None:
 
 def _record(request: Request, messages: Messages) -> None:
     from orchestrator.recording import Recording, joined  # noqa: PLC0415
+    from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
     scenario = ssp_reader.read(request.folder / "system.ssp")
     recording = Recording(request, scenario)
+    archive.remove_packages()  # all is read; later this process may be ended at any moment
     print("open", flush=True)  # noqa: T201 - what the other side waits for
     about, over = {**request.about, "status": "cut short"}, False
     while not over:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import queue
+import socket
 import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 from rerun.chunk import RrdReader
@@ -135,3 +137,68 @@ def test_a_process_that_takes_too_long_is_ended_and_one_that_fails_says_why(simu
         process.begin(Request(tmp_path / "nowhere", tmp_path / "x.rrd", [], {}), simulation)
         process.end({})
         assert "nowhere/system.ssp: found no such file" in process.wait()
+
+
+def test_nobody_waits_for_a_process_that_is_gone(simulation, tmp_path):
+    with RecordingProcess() as process:
+        process._process.kill()
+        process._process.wait()
+        process.begin(request(simulation, tmp_path), simulation)
+        began = time.monotonic()
+        process.wait_until_open()
+        assert time.monotonic() - began < 30, "half of what a process has that is slow"
+        process.end({})
+        assert process.wait() == "exit code -9"
+    assert not process._thread.is_alive()
+
+
+def test_rows_that_cannot_be_handed_on_are_told_of(simulation, tmp_path, monkeypatch):
+    def batches(*_):
+        raise MemoryError("too many rows")
+
+    monkeypatch.setattr(simulation.log, "batches", batches)
+    with RecordingProcess() as process:
+        process.begin(request(simulation, tmp_path), simulation)
+        process.end({})
+        assert process.wait() == "MemoryError: too many rows"
+
+
+def test_a_process_that_is_killed_leaves_no_files_but_the_recording(simulation, tmp_path, monkeypatch):
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
+    with RecordingProcess() as process:
+        process.begin(request(simulation, tmp_path), simulation)
+        process.wait_until_open()
+        process._process.kill()
+    assert list(scratch.iterdir()) == []
+
+
+def test_a_run_that_breaks_off_is_said_to_be_cut_short(simulation, tmp_path):
+    def run():
+        with RecordingProcess() as process:
+            process.begin(replace(request(simulation, tmp_path), about={"unit": "x", "status": "running"}), simulation)
+            process.wait_until_open()
+            for _ in range(5):
+                simulation.step()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    ticks, said = read(tmp_path)
+    assert ticks == 5
+    assert "| unit | x |" in said
+    assert "| status | cut short |" in said
+
+
+@pytest.mark.slow
+def test_a_process_whose_viewer_hangs_does_not_outlive_its_run_for_long(simulation, tmp_path):
+    simulation.run()
+    command = [sys.executable, "-m", "orchestrator.recording_worker"]
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"rerun+http://127.0.0.1:{silent.getsockname()[1]}/proxy"
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+            process.stdin.write(as_sent(replace(request(simulation, tmp_path), sink=url)))
+            process.stdin.write(as_sent(Rows(simulation.log.batches(0, 21, simulation.step_times))))
+            process.stdin.close()
+            assert process.wait(30) == 1

@@ -102,10 +102,33 @@ def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
 def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
-        monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 10 else None)
+        monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 16 else None)
+        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, realtime=1.5, figures=False))
+    assert finished.notes == ()
+    assert_same_values(tmp_path / "r", made.system)
+    assert not (tmp_path / "r" / ".recording.rrd").exists(), "what that process had begun"
+
+
+def test_when_the_recording_process_hangs_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr("orchestrator.recording_process._WRITES_WITHIN", 1.0)
+    made = static(stop_time=2.0)
+    with RecordingProcess() as recording:
+        stop = recording._process.send_signal
+        monkeypatch.setattr(Pacer, "done", lambda _, tick: stop(signal.SIGSTOP) if tick == 10 else None)
         finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, realtime=4.0, figures=False))
     assert finished.notes == ()
     assert_same_values(tmp_path / "r", made.system)
+
+
+def test_a_recording_that_cannot_be_written_is_told_of_and_nothing_else_is_missing(tmp_path, monkeypatch):
+    def close(*_):
+        raise ValueError("no room")
+
+    monkeypatch.setattr("orchestrator.recording.Recording.close", close)
+    finished = execute(static(stop_time=1.0), tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
+    assert finished.notes == ("recording.rrd is not whole: ValueError: no room",)
+    assert json.loads((tmp_path / "r" / "summary.json").read_text())["status"] == "finished"
+    assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 11
 
 
 def test_metrics_that_need_what_was_not_recorded_are_left_out(tmp_path):
