@@ -47,7 +47,7 @@ def serve(
         stderr=subprocess.DEVNULL,
         env=environment,
         start_new_session=True,
-        preexec_fn=None if stays else _end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
+        preexec_fn=None if stays else end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
     )
 
 
@@ -103,7 +103,7 @@ def web_address(port: int, url: str) -> str:
     return f"http://{LOOPBACK}:{port}/?url={quote(url, safe='')}"
 
 
-def _end_with_parent() -> Callable[[], object] | None:
+def end_with_parent() -> Callable[[], object] | None:
     """What a child process does first so that it ends when the one that started it dies; None where there is no way."""
     if not sys.platform.startswith("linux"):
         return None

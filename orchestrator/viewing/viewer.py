@@ -13,7 +13,7 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.viewing import kept_run, repair
 from orchestrator.viewing.kept_run import KeptRun
 from orchestrator.viewing.photograph import write_pictures
-from orchestrator.viewing.rerun_program import LOOPBACK, executable, has_display
+from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
 
 
 def show(  # noqa: PLR0913 - one parameter per option of the command
@@ -81,7 +81,10 @@ def arguments(path: Path, *, web: bool) -> list[str]:
 def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
     """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
     said: list[str] = []
-    with subprocess.Popen([executable(), *arguments(path, web=web)], stderr=subprocess.PIPE, text=True) as process:  # noqa: S603 - our own program
+    # a server without a window would be there for ever after its end was missed
+    prepared = end_with_parent() if web else None
+    command = [executable(), *arguments(path, web=web)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=prepared) as process:  # noqa: S603, PLW1509 - our own program; one call into libc
         try:
             for line in process.stderr or ():
                 said.append(line.strip())

@@ -229,6 +229,21 @@ def test_show_in_the_browser_says_one_thing_the_page(static):
     assert (rest, process.returncode) == ("", 0)
 
 
+@pytest.mark.viewer
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is no way")
+def test_a_page_in_the_browser_ends_with_a_command_that_is_killed(static, monkeypatch, tmp_path):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # who is killed leaves files behind
+    command = [sys.executable, "-m", "orchestrator.cli", "show", "--web", str(static)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        page = re.search(r"http://127\.0\.0\.1:\d+", process.stderr.readline())[0]
+        assert answers(page)
+        process.kill()
+    deadline = time.monotonic() + 10
+    while answers(page):
+        assert time.monotonic() < deadline, "the page is still there"
+        time.sleep(0.1)
+
+
 @pytest.fixture
 def refused(monkeypatch):
     """The text of the refusal of a request."""
