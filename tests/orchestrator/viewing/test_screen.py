@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from orchestrator.scenario import Options, prepare
@@ -149,3 +150,17 @@ def test_a_legend_stands_only_where_a_title_cannot_name_the_series():
     assert legends["plant.state [m]: x blue, y orange"] is False
     assert legends["controller.path [m]"] is False, "30 series"
     assert [title for title, legend in legends.items() if legend] == ["controller.solver [1]"]
+
+
+def test_from_above_x_is_to_the_right_and_y_up_and_who_follows_looks_ahead():
+    above, behind = _views(screen.screen([RunPicture(STATIC.system, STATIC.scene)]))[:2]
+    for view in (above, behind):
+        eye, target, up = (np.array(v, dtype=float) for v in (view.eye, view.target, view.up))
+        right = np.cross(target - eye, up)
+        wanted = (1, 0, 0) if view is above else (0, -1, 0)
+        np.testing.assert_allclose(right / np.linalg.norm(right), wanted, atol=1e-12)
+        assert view.origin == "/world/follow"
+    assert above.up == (0, 1, 0)
+    assert (above.eye[2] > above.target[2], above.eye[:2]) == (True, above.target[:2])
+    assert behind.eye[0] < 0 < behind.target[0], "behind the vehicle"
+    assert above.trails == behind.trails == ["/world/trail"]
