@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -245,6 +246,8 @@ def test_a_run_that_keeps_pace_says_how_well(macrostep):
     code, out, _ = macrostep("run", "idle", "--blocks", "--stop-time", 0.2, "--realtime", 4)
     assert code == 0
     assert ", at 4 x real time (" in out
+    _, out, _ = macrostep("run", "idle", "--blocks", "--stop-time", 0.2, "--realtime", 1e6)
+    assert re.search(r", at 1e\+06 x real time \([123] ticks late, the worst by \d+\.\d ms\)", " ".join(out.split()))
     code, _, err = macrostep("run", "idle", "--blocks", "--realtime", 0)
     assert (code, "--realtime: found 0; valid: a positive number" in err) == (2, True)
 

@@ -9,7 +9,7 @@ import subprocess
 import time
 import urllib.request
 from collections import defaultdict
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -18,6 +18,7 @@ from rerun.chunk import RrdReader
 from components.interfaces.problem import RequestError
 from orchestrator import live
 from orchestrator.live import Live, Wish, wish
+from orchestrator.pacing import Pacer
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
@@ -154,7 +155,47 @@ def values(path):
     return found
 
 
-def test_a_viewer_sees_what_the_recording_holds(tmp_path):
+def test_a_viewer_that_cannot_open_leaves_the_run_alone(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(live, "has_display", lambda: True)
+    said = []
+    with Live(Wish(), said.append) as stream:
+        assert stream._url is None
+    assert said[-1] == "the viewer did not start; the run goes on without it"
+
+
+@pytest.mark.viewer
+def test_the_viewer_opens_where_there_is_a_display_and_stays_when_the_run_is_over(graphics, tmp_path, monkeypatch):
+    headless = tmp_path / "viewer"
+    headless.write_text(f'#!/bin/sh\necho "$@" >{tmp_path}/said\nexec {rerun_program.executable()} --headless "$@"\n')
+    headless.chmod(0o755)
+    monkeypatch.setattr(live, "has_display", lambda: True)
+    monkeypatch.setattr(rerun_program, "executable", lambda: str(headless))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    said = []
+    with Live(Wish(), said.append) as stream:
+        url, server = stream._url, stream._server
+    try:
+        assert said[-1] == f"live in the viewer; another one can join at {url}"
+        assert "serve" not in (tmp_path / "said").read_text()
+        assert server.poll() is None
+        assert rerun_program.answers(url)
+    finally:
+        server.kill()
+        server.wait()
+
+
+def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch):
+    seen_by_then, done = [], Pacer.done
+
+    def looking(pacer, tick):
+        done(pacer, tick)
+        if 8 <= tick < 20 and not seen_by_then:
+            with suppress(RuntimeError, OSError):  # read in the middle of a message
+                seen_by_then.extend(values(tmp_path / "seen.rrd").get("/signals/plant/state/x", ()))
+
+    monkeypatch.setattr(Pacer, "done", looking)
     made = prepare("static", Options(mode="blocks", stop_time=2.0))
     with Live(Wish(viewer=False), lambda _: None) as stream, saving(stream._url, tmp_path / "seen.rrd"):
         beside = Beside(Afterwards(), stream, realtime=1.0, figures=False)
@@ -165,5 +206,7 @@ def test_a_viewer_sees_what_the_recording_holds(tmp_path):
             assert time.monotonic() < deadline, "the last tick did not arrive"
             time.sleep(0.2)
     assert finished.notes == ()
+    assert seen_by_then == list(range(len(seen_by_then)))
+    assert 0 < len(seen_by_then) < 21, "while it drove"
     assert seen["/signals/plant/state/x"] == expected["/signals/plant/state/x"]
     assert {e for e in expected if e.startswith(("/signals", "/world"))} <= seen.keys()

@@ -178,6 +178,16 @@ def test_the_page_about_the_run_says_what_ran_and_with_which_values(recorded, st
     assert "\n* controller.actuation.T_r -> plant.actuation.T_r\n" in text
 
 
+def test_the_vehicle_has_its_size_its_heading_and_its_name(recorded, static):
+    for part, height in (("footprint", 0.02), ("body", 1.4)):
+        ((_, (half,)),) = recorded[f"/world/ego/{part}", "Boxes3D:half_sizes"]
+        np.testing.assert_allclose(half, np.array([static.scene.ego_length, static.scene.ego_width, height]) / 2)
+        ((_, (arrow,)),) = recorded[f"/world/ego/{part}/heading", "Arrows3D:vectors"]
+        assert arrow[0] > static.scene.ego_length / 2
+        assert arrow[1:] == [0, 0]
+        assert recorded[f"/world/ego/{part}/name", "Points3D:labels"] == [(None, ["ego"])]
+
+
 def test_modes_and_events_stand_at_their_ticks(recorded, rows):
     states = recorded["/states/manoeuvre", "StateChange:state"]
     names = ["own lane", "changing out", "adjacent lane", "changing back", "own lane"]
