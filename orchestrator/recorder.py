@@ -105,6 +105,12 @@ def status(ended: SimulationError | KeyboardInterrupt | None) -> str:
     return "fault" if isinstance(ended, SimulationError) else "interrupted"
 
 
+def ending(ended: SimulationError | KeyboardInterrupt | None) -> dict[str, str]:
+    """How a run ended, for a person who looks at its recording: the status, and a fault with tick, unit and reason."""
+    fault = {"fault": str(ended)} if isinstance(ended, SimulationError) else {}
+    return {"status": status(ended)} | fault
+
+
 def _timing(times: np.ndarray[Any, Any]) -> dict[str, float]:
     """Wall time; the only part of a run that differs from one to the next."""
     return {

@@ -128,7 +128,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
             ended = fault or interrupt
     with _undisturbed():
         for stream in streams:
-            stream.end({**request.about, "status": recorder.status(ended)})
+            stream.end(request.about | recorder.ending(ended))
         columns = simulation.columns()
         write_signals(columns, scenario, folder / "signals.parquet")
         told = recorder.summary(scenario, simulation, columns, ended)
@@ -138,7 +138,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
             told["figures"] = f"not drawn: {failed}"
         progress("writing the recording")
-        notes = _recorded(beside, request, simulation, told["status"])
+        notes = _recorded(beside, request, simulation, recorder.ending(ended))
         recorder.write_summary(told, folder)
     return Finished(folder, told, ended, notes)
 
@@ -207,13 +207,13 @@ def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
     return ""
 
 
-def _recorded(beside: Beside, request: Request, simulation: Simulation, status: str) -> tuple[str, ...]:
+def _recorded(beside: Beside, request: Request, simulation: Simulation, ending: Mapping[str, str]) -> tuple[str, ...]:
     """Wait for the recording and the viewer; notes on what went wrong."""
     problem = beside.recording.wait()
     if problem:  # its process died, but the rows are here
         again = Afterwards()
         again.begin(request, simulation)
-        again.end({**request.about, "status": status})
+        again.end({**request.about, **ending})
         problem = again.wait()
     missing = len(simulation.log.at_every_tick) < len(paces(simulation.system, EVERYTHING))
     notes = ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []

@@ -26,7 +26,7 @@ def rebuild(run: KeptRun, table: Rows, path: Path) -> None:
     scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
-    batches = _batches(picture, groups, scenario.h)
+    batches = [*_batches(picture, groups, scenario.h), *_fault(picture, run, table)]
     rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
 
 
@@ -54,7 +54,7 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
     batches: list[Batch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
         h = run.scenario.h
-        batches += _batches(pictures[i], groups[i], h)
+        batches += [*_batches(pictures[i], groups[i], h), *_fault(pictures[i], run, table)]
         if i:
             batches.append((_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
     rerun_stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
@@ -119,6 +119,13 @@ def _groups(run: KeptRun, table: Rows) -> list[Rows]:
 
 def _batches(picture: RunPicture, groups: Sequence[Rows], h: float) -> list[Batch]:
     return [(_ticks(rows, h), h, picture.shapes(rows, None)) for rows in groups]
+
+
+def _fault(picture: RunPicture, run: KeptRun, table: Rows) -> Iterator[Batch]:
+    """Why a run ended before its time, at its last tick."""
+    last, told = _ticks(table, run.scenario.h)[-1:], pages.facts(run.summary)
+    if "fault" in told and len(last):
+        yield last, run.scenario.h, iter([picture.fault(told["fault"])])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:

@@ -15,6 +15,8 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     if not summary:
         return {"status": "cut short: there is no summary.json"}
     found = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
+    if fault := summary.get("fault"):
+        found["fault"] = f"tick {fault['tick']} (t = {fault['time']:g} s), unit `{fault['unit']}`: {fault['reason']}"
     for name, unit in summary["units"].items():
         found[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
     return found | dict(summary["versions"])

@@ -55,7 +55,7 @@ class RerunStream:
         recording_id: str | None = None,
     ) -> None:
         self._picture, self._h = RunPicture(system, scene, recorded=recorded), h
-        self._name = name
+        self._name, self._last = name, 0
         self._stream = rr.RecordingStream("macrostep", recording_id=recording_id)
         self._stream.set_log_time_enabled(False)
         self._stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
@@ -72,6 +72,7 @@ class RerunStream:
         ticks = np.rint(np.asarray(frame["time"]) / self._h).astype(np.int64)
         if not len(ticks):
             return
+        self._last = max(self._last, int(ticks[-1]))
         send_shapes(self._stream, ticks, self._h, self._picture.shapes(frame, step_times))
 
     def flush(self) -> None:
@@ -79,8 +80,13 @@ class RerunStream:
         self._stream.flush()
 
     def close(self, about: Mapping[str, str] | None = None) -> None:
-        """Write what is left, the run's provenance as it is known in the end, and the file's footer."""
+        """Write what is left, the run's provenance as it is known in the end, and the file's footer.
+
+        A `fault` in it is told in the log too, at the last tick.
+        """
         if about is not None:
+            if "fault" in about:
+                send_shapes(self._stream, np.array([self._last]), self._h, [self._picture.fault(about["fault"])])
             send_style(self._stream, s.Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
         self._stream.flush()
         self._stream.disconnect()

@@ -141,6 +141,16 @@ class RunPicture:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._happenings(columns, None if boxes is None else boxes[0])
 
+    def fault(self, what: str) -> Messages:
+        """The line of the log that says why the run ended before its time, for its last row."""
+        said = f"{self._said}the run ended in a fault at {what}"
+        return Messages(entity=self.at("events"), texts=[said], levels=["ERROR"])
+
+    @property
+    def _said(self) -> str:
+        """What a line of the log begins with, so that it is clear whose it is."""
+        return f"{self.run}: " if self.run else ""
+
     def at(self, root: str, *parts: str) -> str:
         """The path of an entity of this run."""
         return entity(root, self.run, *parts)
@@ -191,11 +201,10 @@ class RunPicture:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
-        said = f"{self.run}: " if self.run else ""
         if happened := self._log.of(columns, boxes):
             yield Messages(
                 entity=self.at("events"),
                 rows=np.array([event.row for event in happened]),
-                texts=[f"{said}{event.text}" for event in happened],
+                texts=[f"{self._said}{event.text}" for event in happened],
                 levels=[event.level for event in happened],
             )

@@ -99,6 +99,24 @@ def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
     ]
 
 
+def test_a_fault_stands_in_the_log_of_the_recording_and_on_its_page(tmp_path):
+    finished = execute(
+        static(settings=["plant.C_alpha_f=1e300"]), tmp_path / "r", str, Beside(Afterwards(), figures=False)
+    )
+    told, tick = str(finished.ended), finished.summary["fault"]["tick"]
+    assert told.startswith(f"tick {tick} (t = ")
+    lines, pages = [], []
+    for chunk in RrdReader(tmp_path / "r" / "recording.rrd").stream():
+        batch = chunk.to_record_batch()
+        if chunk.entity_path == "/events":
+            columns = ("tick", "TextLog:text", "TextLog:level")
+            lines += zip(*(batch.column(name).to_pylist() for name in columns), strict=True)
+        if chunk.entity_path == "/about":
+            pages += [text for (text,) in batch.column("TextDocument:text").to_pylist()]
+    assert (tick, [f"the run ended in a fault at {told}"], ["ERROR"]) in lines
+    assert f"| fault | {told} |" in pages[-1]
+
+
 def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:

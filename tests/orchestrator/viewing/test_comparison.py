@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -126,6 +128,29 @@ def test_a_run_made_anew_has_each_signal_at_its_own_ticks(sparse, tmp_path):
     for entity, (ticks, values) in found.items():
         np.testing.assert_array_equal(ticks, expected[entity][0], entity)
         np.testing.assert_array_equal(values, expected[entity][1], entity)
+
+
+def _log(path):
+    lines = []
+    for chunk in RrdReader(path).stream():
+        if chunk.entity_path.startswith("/events"):
+            batch = chunk.to_record_batch()
+            lines += zip(batch.column("tick").to_pylist(), batch.column("TextLog:text").to_pylist(), strict=True)
+    return lines
+
+
+def test_why_a_run_ended_before_its_time_is_told_at_its_last_tick(kept_run, runs, tables, tmp_path):
+    folder = kept_run(tmp_path / "broken", until=1.0)
+    fault = {"tick": 10, "time": 1.0, "unit": "plant", "reason": "it is gone"}
+    told = {"scenario": "s", "title": "t", "status": "fault", "units": {}, "versions": {}, "fault": fault}
+    (folder / "summary.json").write_text(json.dumps(told))
+    broken = kept.find(folder)
+    table = repair.rows(broken, tmp_path, print)
+    comparison.rebuild(broken, table, tmp_path / "anew.rrd")
+    text = "the run ended in a fault at tick 10 (t = 1 s), unit `plant`: it is gone"
+    assert (10, [text]) in _log(tmp_path / "anew.rrd")
+    comparison.compare([runs[0], broken], [tables[0], table], [], tmp_path / "both.rrd")
+    assert [line for line in _log(tmp_path / "both.rrd") if "fault" in line[1][0]] == [(10, [f"broken: {text}"])]
 
 
 def test_in_a_comparison_each_signal_has_its_own_ticks(runs, tables, sparse, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from orchestrator.master import SimulationError
 from orchestrator.scenario import Options, prepare
 from orchestrator.viewing import pages
 
@@ -24,6 +25,13 @@ def test_a_summary_in_a_few_words():
         "macrostep": "0.1",
     }
     assert pages.facts({}) == {"status": "cut short: there is no summary.json"}
+
+
+def test_a_fault_is_told_as_the_command_tells_it():
+    error = SimulationError(40, 4.0, "plant", "the signal `plant.state.x` is nan")
+    fault = {"tick": 40, "time": 4.0, "unit": "plant", "reason": "the signal `plant.state.x` is nan"}
+    told = pages.facts({**SUMMARY, "status": "fault", "fault": fault})
+    assert told["fault"] == str(error) == "tick 40 (t = 4 s), unit `plant`: the signal `plant.state.x` is nan"
 
 
 def test_runs_stand_side_by_side_with_the_parameters_that_differ():
