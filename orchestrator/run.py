@@ -115,18 +115,20 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         solve_loops=scenario.solve_loops,
     )
     streams: list[Recorder] = [beside.recording] if beside.live is None else [beside.recording, beside.live]
-    with ExitStack() as running:
-        fault = _attempt(lambda: running.enter_context(simulation))  # a library that cannot be loaded leaves no folder
-        folder = recorder.new_folder(scenario.name, out)
-        recorder.write_system(scenario, folder)
-        request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
-        try:
-            _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
-            progress(f"stepping {scenario.name}")
-            ended = fault or _step(simulation, pacer)
-        except KeyboardInterrupt as interrupt:  # before the first step
-            ended = fault or interrupt
-    with _undisturbed():
+    with ExitStack() as leaving:
+        with ExitStack() as running:
+            # a library that cannot be loaded leaves no folder
+            fault = _attempt(lambda: running.enter_context(simulation))
+            folder = recorder.new_folder(scenario.name, out)
+            recorder.write_system(scenario, folder)
+            request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
+            try:
+                _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
+                progress(f"stepping {scenario.name}")
+                ended = fault or _step(simulation, pacer)
+            except KeyboardInterrupt as interrupt:  # before the first step
+                ended = fault or interrupt
+            leaving.enter_context(_undisturbed())  # before units are closed, which may take them a while
         for stream in streams:
             stream.end(request.about | recorder.ending(ended))
         columns = simulation.columns()

@@ -28,7 +28,8 @@ from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
-from orchestrator.viewing import rerun_program
+from orchestrator.viewing import kept_run, rerun_program
+from orchestrator.viewing.repair import whole_recording
 from orchestrator.viewing.signals import signals
 
 # a recording that was cut short has no footer, and Rerun says so
@@ -201,6 +202,22 @@ def test_ctrl_c_ends_a_run_in_order(tmp_path):
     assert (tmp_path / "r" / "figures" / "trajectory.png").is_file()
 
 
+def test_ctrl_c_once_more_does_not_disturb_what_the_first_began(tmp_path, monkeypatch):
+    def press(*_):
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Pacer, "done", lambda _, tick: press() if tick == 3 else None)
+    monkeypatch.setattr(run.Simulation, "close", press)
+    with RecordingProcess() as recording:
+        finished = execute(
+            static(stop_time=2.0), tmp_path / "r", lambda _: None, Beside(recording, realtime=100.0, figures=False)
+        )
+    assert (finished.summary["status"], finished.summary["experiment"]["ticks"]) == ("interrupted", 4)
+    assert_same_values(tmp_path / "r", static().system)
+    with pytest.raises(KeyboardInterrupt):
+        press()
+
+
 def until(holds, within=60.0):
     deadline = time.monotonic() + within
     while not holds():
@@ -281,6 +298,13 @@ def test_a_run_that_is_killed_loses_two_seconds_at_most_and_never_the_file(tmp_p
             assert [value for (value,) in x] == whole["plant.state.x"][: len(ticks)].tolist()
             lost.append(stepped - len(ticks))
     assert max(lost) <= 20, lost
+    for name, repaired in (("18", False), ("19", True)):  # with and without a process that completed the recording
+        said, copies = [], tmp_path / f"copy of {name}"
+        copies.mkdir()
+        shown = recorded(whole_recording(kept_run.find(tmp_path / name), copies, said.append))
+        assert shown == recorded(tmp_path / name / "recording.rrd")
+        about = "the recording was cut short or is damaged; opening a repaired copy of what can be read"
+        assert said == ([f"{tmp_path / name}: {about}"] if repaired else [])
 
 
 # -- viewers that are slow, dead or hung
@@ -300,13 +324,13 @@ def silent():
 
 
 @contextmanager
-def stopped(how):
-    """A real viewer, or server of viewers, that is stopped in mid-run."""
+def stopped(how, by=signal.SIGSTOP):
+    """A real viewer, or server of viewers, that is stopped or killed in mid-run."""
     port = rerun_program.free_port(0)
     process = rerun_program.serve(port, how)
     try:
         assert rerun_program.listens(port, 60, process)
-        yield f"rerun+http://127.0.0.1:{port}/proxy", lambda: process.send_signal(signal.SIGSTOP)
+        yield f"rerun+http://127.0.0.1:{port}/proxy", lambda: process.send_signal(by)
     finally:
         process.kill()
         process.wait()
@@ -316,6 +340,7 @@ VIEWERS = {
     "dead": dead,
     "silent": silent,
     "server": lambda: stopped(["--serve-grpc"]),
+    "killed": lambda: stopped(["--serve-grpc"], signal.SIGKILL),
     "viewer": lambda: stopped(["--headless", "--hide-welcome-screen"]),
 }
 
