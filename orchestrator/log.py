@@ -175,6 +175,8 @@ def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArr
 def paces(system: System, choice: Choice) -> dict[str, int]:
     """At every how many ticks each element of the outputs is kept, 0 for never.
 
+    What no pattern fits is not kept, unless all of them are there to leave something out.
+
     Raises `RequestError` for a pattern that fits no signal.
     """
     elements = {
@@ -183,16 +185,27 @@ def paces(system: System, choice: Choice) -> dict[str, int]:
         for variable in source.interface.outputs
     }
     raise_if_any(
-        Problem(f"record {p}", "a pattern that no signal fits", choices(elements), did_you_mean(p, elements))
+        Problem(f"record {p}", "a pattern that no signal fits", choices(elements), _meant(p, elements))
         for p in choice
         if not any(fnmatchcase(path, p) for path in elements)
     )
     backwards = [*reversed([*choice.items()])]
+    others = 0 if any(choice.values()) else 1
     return {
-        name: next((every for pattern, every in backwards if fnmatchcase(path, pattern)), 0)
+        name: next((min(every, _ONCE) for pattern, every in backwards if fnmatchcase(path, pattern)), others)
         for path, names in elements.items()
         for name in names
     }
+
+
+def _meant(pattern: str, paths: Iterable[str]) -> str:
+    if any(path.startswith(f"{pattern}.") for path in paths):  # a unit, or a bus
+        return f"Did you mean `{pattern}.*`?"
+    return did_you_mean(pattern, paths)
+
+
+_ONCE: Final = 2**31
+"""ticks; no run is as long, so that a signal of this pace or a larger one is kept at the start only"""
 
 
 def without_gaps(system: System, choice: Choice) -> set[str]:

@@ -85,7 +85,8 @@ Record: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="PATTERN[:N]",
-        help="Record only signals that fit: `plant.*`, `controller.plan.*:10` (every 10th tick). Repeatable.",
+        help="Record only signals that fit: `plant.*`, `controller.plan.*:10` (every 10th tick); "
+        "`plant.*:0` alone: all others. Repeatable.",
         rich_help_panel=_WATCH,
     ),
 ]

@@ -78,6 +78,19 @@ def test_a_run_that_records_nothing_still_has_its_ticks(whole):
     assert simulated({"*": 0}).frame().equals(whole[["time"]])
 
 
+def test_patterns_that_only_leave_out_leave_the_rest(whole):
+    frame = simulated({"plant.*": 0, "controller.plan.*": 0}).frame()
+    left = [name for name in whole if not name.startswith(("plant.", "controller.plan."))]
+    assert frame.equals(whole[left])
+
+
+@pytest.mark.parametrize("every", [2**31, 2**63, 10**30])
+def test_a_pace_beyond_the_end_keeps_the_first_row(whole, every):
+    frame = simulated({"plant.*": every}).frame()
+    assert frame["time"].tolist() == [0]
+    assert frame["plant.state.x"].tolist() == whole["plant.state.x"][:1].tolist()
+
+
 def test_a_pattern_that_fits_nothing_is_refused():
     with pytest.raises(RequestError) as error:
         simulated({"plant.state.*": 1, "plant.stat.x": 1, "driver.*": 2})
@@ -85,6 +98,14 @@ def test_a_pattern_that_fits_nothing_is_refused():
     assert first.startswith("record plant.stat.x: found a pattern that no signal fits; valid: ")
     assert first.endswith("Did you mean `plant.state.x`?")
     assert second.startswith("record driver.*: found a pattern that no signal fits; valid: ")
+
+
+@pytest.mark.parametrize("part", ["plant", "plant.state"])
+def test_a_unit_or_a_bus_is_a_pattern_with_a_star(part):
+    with pytest.raises(RequestError) as error:
+        simulated({part: 1})
+    assert str(error.value).startswith(f"record {part}: found a pattern that no signal fits; valid: ")
+    assert str(error.value).endswith(f"Did you mean `{part}.*`?")
 
 
 def test_what_is_not_recorded_takes_no_memory(monkeypatch):
