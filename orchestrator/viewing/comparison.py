@@ -100,7 +100,9 @@ def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[R
             if column not in numbers:
                 found = f"no such signal in {run.where}"
                 valid = choices(numbers) if len(numbers) <= _LISTED else "a recorded signal, such as plant.state.y"
-                yield Problem(f"--difference {column}", found, valid, did_you_mean(column, numbers))
+                first = [name for name in numbers if name.startswith(f"{column}[")][:1]  # of an array
+                remedy = did_you_mean(column, first or numbers)
+                yield Problem(f"--difference {column}", found, valid if numbers else "a run that recorded it", remedy)
 
 
 _LISTED = 20

@@ -19,6 +19,9 @@ _ENDS_WITHIN, _GREETS = 10.0, 6.0
 """[s]"""
 
 
+PICTURE = "a file .png in a folder that exists"
+
+
 def photograph(recording: Path, times: Sequence[float | None], *, settle: float = 0.0) -> list[bytes]:
     """One PNG for each of the `times` [s] on the timeline `sim_time`; None is where the viewer opens.
 
@@ -42,11 +45,13 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
 
 def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> list[Path]:
     """Write `picture`, or one file per time with the time in its name. Raises `RequestError`."""
-    if picture.suffix != ".png" or not picture.parent.is_dir():
-        raise refuse(f"--picture {picture}", f"`{picture.name}`", "a file .png in a folder that exists")
     names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
     for path, content in zip(names, photograph(recording, list(times) or [None], settle=_GREETS), strict=True):
-        path.write_bytes(content)
+        try:
+            path.write_bytes(content)
+        except OSError as error:
+            found = f"a file that cannot be written ({error.strerror})"
+            raise refuse(f"--picture {path}", found, PICTURE, "Choose another place.") from error
     return names
 
 

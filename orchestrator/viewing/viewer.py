@@ -12,7 +12,7 @@ from pathlib import Path
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.viewing import kept_run, repair
 from orchestrator.viewing.kept_run import KeptRun
-from orchestrator.viewing.photograph import write_pictures
+from orchestrator.viewing.photograph import PICTURE, write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
 
 
@@ -32,7 +32,12 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     runs = _found(requests, differences)
     if times and picture is None:
         raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
-    raise_if_any(Problem("--at", f"{time:g}", "a finite number of seconds") for time in times if not isfinite(time))
+    problems = [Problem("--at", f"{time:g}", "a finite number of seconds") for time in times if not isfinite(time)]
+    if picture is not None and picture.suffix != ".png":
+        problems.append(Problem(f"--picture {picture}", f"`{picture.name}`", PICTURE))
+    elif picture is not None and not picture.parent.is_dir():
+        problems.append(Problem(f"--picture {picture}", f"no folder `{picture.parent}`", PICTURE))
+    raise_if_any(problems)
     if not web and picture is None and not has_display():
         raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
     with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:

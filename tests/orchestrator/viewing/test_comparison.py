@@ -120,6 +120,20 @@ def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path)
     assert _views(tmp_path / "anew.rrd") == seen
 
 
+def test_trails_show_the_past_all_of_it_on_the_road_and_two_seconds_of_friction(runs):
+    reader = RrdReader(runs[0].recording)
+    (layout,) = reader.blueprints()
+    found = [
+        (chunk.entity_path.partition("/overrides")[2], ranges[0]["range"])
+        for chunk in reader.stream(store=layout)
+        if "VisibleTimeRanges:ranges" in (batch := chunk.to_record_batch()).schema.names
+        for ranges in batch.column("VisibleTimeRanges:ranges").to_pylist()
+    ]
+    whole, short = ({"start": start, "end": 0} for start in (None, -2_000_000_000))
+    trails = [(entity.removesuffix("/visualizers"), range_) for entity, range_ in found]
+    assert sorted(trails, key=str) == [("/friction/past", short), ("/world/trail", whole), ("/world/trail", whole)]
+
+
 def test_a_run_made_anew_has_each_signal_at_its_own_ticks(sparse, tmp_path):
     comparison.rebuild(sparse, repair.rows(sparse, tmp_path, print), tmp_path / "anew.rrd")
     found, expected = read_series(tmp_path / "anew.rrd"), read_series(sparse.recording)
@@ -192,6 +206,22 @@ def test_a_signal_that_is_not_there_is_refused_for_every_run(runs, tables, tmp_p
     assert [str(p) for p in raised.value.problems] == [
         f"--difference plant.state.w: found no such signal in {run.where}; {valid}" for run in runs
     ]
+
+
+def test_an_array_is_asked_for_by_its_elements(runs, tables, tmp_path):
+    with pytest.raises(RequestError) as raised:
+        _compared(runs[:1], tables[:1], ["traffic.obstacles.x"], tmp_path / "both.rrd")
+    assert str(raised.value) == (
+        f"--difference traffic.obstacles.x: found no such signal in {runs[0].where}; "
+        "valid: a recorded signal, such as plant.state.y. Did you mean `traffic.obstacles.x[1]`?"
+    )
+
+
+def test_a_run_that_recorded_nothing_has_no_differences(runs, tables, tmp_path):
+    with pytest.raises(RequestError) as raised:
+        _compared(runs[:1], [tables[0][["time"]]], ["plant.state.y"], tmp_path / "both.rrd")
+    found = f"--difference plant.state.y: found no such signal in {runs[0].where}"
+    assert str(raised.value) == f"{found}; valid: a run that recorded it"
 
 
 def test_runs_of_the_same_name_are_told_apart_by_their_folders(kept_run, tmp_path):

@@ -20,6 +20,7 @@ from components.interfaces.problem import RequestError
 from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing import palette, rerun_stream, viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
+from orchestrator.viewing.pictures import error_colours
 from orchestrator.viewing.rerun_program import answers, executable
 from orchestrator.viewing.rerun_stream import RerunStream
 from tests.orchestrator.chromium import PROGRAM, Chromium
@@ -132,6 +133,9 @@ def test_moving_obstacles_and_the_trails_colours_show(kept_run, graphics, tmp_pa
     left, right, top, bottom = SCREEN["bird's eye"]
     height, width = reddish.shape
     assert reddish[int(top * height) : int(bottom * height), int(left * width) : int(right * width)].any()
+    (_, errors) = rerun_stream.read_series(run / "recording.rrd")["/derived/path_error"]
+    trail = np.unique(error_colours(errors[10:38, 0]), axis=0)  # of the seconds before, which are in the window
+    assert sum(_count(picture, "bird's eye", colour, 6) for colour in trail) > 15
 
 
 @pytest.mark.viewer
@@ -293,6 +297,19 @@ def test_options_that_do_not_fit_are_refused(static, refused, tmp_path):
     wrong = tmp_path / "picture.jpg"
     assert refused(static, picture=wrong) == [
         f"--picture {wrong}: found `picture.jpg`; valid: a file .png in a folder that exists"
+    ]
+    wrong = tmp_path / "nowhere" / "a.png"
+    assert refused(static, picture=wrong) == [
+        f"--picture {wrong}: found no folder `{wrong.parent}`; valid: a file .png in a folder that exists"
+    ]
+
+
+def test_a_picture_that_cannot_be_written_is_told(static, refused, tmp_path, monkeypatch):
+    monkeypatch.setattr("orchestrator.viewing.photograph.photograph", lambda *_, **__: [b"a picture"])
+    (tmp_path / "a.png").mkdir()
+    assert refused(static, picture=tmp_path / "a.png") == [
+        f"--picture {tmp_path / 'a.png'}: found a file that cannot be written (Is a directory); "
+        "valid: a file .png in a folder that exists. Choose another place."
     ]
 
 
