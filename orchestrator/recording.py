@@ -24,6 +24,8 @@ if TYPE_CHECKING:  # slow to import, and only the names are needed
 
 LARGE: Final = 600
 """rows of a batch; more of them hardly make a row smaller"""
+_SHORT: Final = 150
+"""rows of a batch that is not worth its own: every entity has a header in it"""
 _SLOW: Final = 200
 """rows; a run that has fewer of them for its first batch gets a tidy file"""
 
@@ -51,7 +53,7 @@ class Recording:
             self._stream.flush()
         if self._tidy is not None:
             self._pending += batches
-            if sum(map(len, self._pending)) >= LARGE:
+            if sum(map(len, self._pending)) >= 2 * LARGE:  # so that few rows are hardly ever left for the end
                 self._send(self._tidy, joined(self._pending))
                 self._pending = []
 
@@ -121,13 +123,16 @@ def _beside(file: Path) -> Path:
 
 
 def joined(batches: Sequence[Batch]) -> list[Batch]:
-    """The same rows of each group in few batches, none much longer than `LARGE`."""
+    """The same rows of each group in few batches, none much longer than `LARGE`, and no short one behind another."""
     runs: list[list[Batch]] = []
     for batch in sorted(batches, key=lambda b: (b.group, b.first)):
         if runs and runs[-1][0].group == batch.group and sum(map(len, runs[-1])) < LARGE:
             runs[-1].append(batch)
         else:
             runs.append([batch])
+    for i in range(len(runs) - 1, 0, -1):
+        if runs[i][0].group == runs[i - 1][0].group and sum(map(len, runs[i])) < _SHORT:
+            runs[i - 1] += runs.pop(i)
     return [_whole(parts) for parts in runs]
 
 

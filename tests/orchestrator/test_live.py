@@ -9,7 +9,7 @@ import subprocess
 import time
 import urllib.request
 from collections import defaultdict
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import pytest
@@ -186,7 +186,21 @@ def test_the_viewer_opens_where_there_is_a_display_and_stays_when_the_run_is_ove
         server.wait()
 
 
-def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch):
+@contextmanager
+def there_already():
+    """The address of a server that a person started before."""
+    port = rerun_program.free_port(0)
+    server = rerun_program.serve(port, ["--serve-grpc"])
+    try:
+        assert rerun_program.listens(port, 60, server)
+        yield Wish(url=rerun_program.address(port))
+    finally:
+        server.kill()
+        server.wait()
+
+
+@pytest.mark.parametrize("wanted", [lambda: nullcontext(Wish(viewer=False)), there_already], ids=["own", "connect"])
+def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch, wanted):
     seen_by_then, done = [], Pacer.done
 
     def looking(pacer, tick):
@@ -197,7 +211,11 @@ def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Pacer, "done", looking)
     made = prepare("static", Options(mode="blocks", stop_time=2.0))
-    with Live(Wish(viewer=False), lambda _: None) as stream, saving(stream._url, tmp_path / "seen.rrd"):
+    with (
+        wanted() as wish_,
+        Live(wish_, lambda _: None) as stream,
+        saving(stream._url, tmp_path / "seen.rrd"),
+    ):
         beside = Beside(Afterwards(), stream, realtime=1.0, figures=False)
         finished = execute(made, tmp_path / "r", lambda _: None, beside)
         expected = values(tmp_path / "r" / "recording.rrd")

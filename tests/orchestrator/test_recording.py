@@ -11,6 +11,7 @@ from rerun.chunk import RrdReader
 from orchestrator import recorder
 from orchestrator.log import EVERYTHING
 from orchestrator.master import Simulation
+from orchestrator.parquet import write_signals
 from orchestrator.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.recording_messages import Request
 from orchestrator.scenario import Options, prepare
@@ -124,3 +125,16 @@ def test_batches_are_joined_group_by_group_up_to_a_size(static):
         np.testing.assert_array_equal(np.concatenate([b.ticks for b in parts]), expected.ticks)
         for kind, rows in expected.blocks.items():
             np.testing.assert_array_equal(np.concatenate([b.blocks[kind] for b in parts]), rows)
+
+
+def test_a_simulated_minute_of_everything_is_two_megabytes_at_most(tmp_path):
+    made = prepare("dynamic", Options(mode="blocks"))  # whose obstacles move at every tick
+    simulation = stepped(made, 60.0)
+    write_signals(simulation.columns(), made, tmp_path / "signals.parquet")
+    recording = Recording(request(simulation, tmp_path), made)
+    for first in range(0, 601, 5):  # as they come in real time
+        recording.log(simulation.log.batches(first, min(first + 5, 601), simulation.step_times))
+    recording.close(ABOUT)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["recording.rrd", "signals.parquet"]
+    size = sum(path.stat().st_size for path in tmp_path.iterdir())
+    assert size < 2e6

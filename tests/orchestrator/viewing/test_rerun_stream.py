@@ -81,6 +81,13 @@ def test_time_is_tick_times_step_to_the_nanosecond(recorded, rows):
     assert recorded["/signals/plant/state/x", "sim_time"] == [(k, k * 100_000_000) for k in range(len(rows[0]))]
 
 
+def test_the_clock_of_the_machine_is_not_recorded(static, rows, tmp_path):
+    _record(tmp_path / "run.rrd", static.system, static.scene, rows[0].head(3), rows[1][:3])
+    found = [chunk.to_record_batch().schema.names for chunk in RrdReader(tmp_path / "run.rrd").stream()]
+    assert any("sim_time" in names for names in found)
+    assert not any("log_time" in names for names in found)
+
+
 def test_series_carry_their_units(recorded):
     assert recorded["/signals/plant/state/v_x", "SeriesLines:names"] == [(None, ["v_x [m/s]"])]
     names = recorded["/signals/controller/plan/x", "SeriesLines:names"][0][1]
