@@ -73,6 +73,11 @@ class RunPicture:
         """Whether there are friction circles."""
         return friction.is_known(self._recorded, self.who)
 
+    @property
+    def has_place(self) -> bool:
+        """Whether it is known where the vehicle is, so that an eye can follow it."""
+        return "ego" in self._parts
+
     @cached_property
     def has_path_error(self) -> bool:
         """Whether there are a vehicle and a path to compare."""

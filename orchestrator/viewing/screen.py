@@ -20,6 +20,8 @@ from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
 
 _IN_A_FIFTH, _IN_A_QUARTER = 44, 58
 """characters; of a longer title a view in this share of a window shows only the beginning"""
+_OVER_ROAD: Final = (60, 40)
+"""[m] x and z of the eye that has no vehicle to follow: most of the road in one view"""
 _LEGEND_AT_MOST: Final = 6
 """series; a longer legend would hide what it explains, and a series says its name when it is pointed at"""
 
@@ -127,7 +129,8 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
     views: list[View] = []
     if placed and (scene := placed[0].scene) is not None:
         y = (scene.y_left + scene.y_right) / 2
-        origin = placed[0].at("world", "follow")
+        followed = next((run.at("world", "follow") for run in placed if run.has_place), None)
+        x, z = (12, 15) if followed else _OVER_ROAD
         trails = [run.at("world", "trail") for run in placed]
         bodies, flat = (
             [run.at("world", *what) for run in placed for what in hidden]
@@ -138,8 +141,8 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
         )
         above, behind = "Bird's eye view: x to the right, y up", "Following view"
         views = [
-            Scenery(above, origin, (12, y, 15), (12, y, 0), (0, 1, 0), bodies, trails),
-            Scenery(behind, origin, (-12, y, 6), (12, y, 0), (0, 0, 1), flat, trails),
+            Scenery(above, followed or "/world", (x, y, z), (x, y, 0), (0, 1, 0), bodies, trails),
+            Scenery(behind, followed or "/world", (-12, y, 6), (12, y, 0), (0, 0, 1), flat, trails),
         ]
     if circles:
         trails = [run.at("friction", "past") for run in circles]

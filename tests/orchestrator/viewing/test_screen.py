@@ -45,6 +45,16 @@ def test_a_run_is_answered_question_by_question():
     assert (signals.title, about.title) == ("All signals", "About this run")
 
 
+@pytest.mark.parametrize("unit", ["controller", "traffic"])
+def test_without_the_vehicles_place_the_eye_stays_over_the_road(unit):
+    recorded = [name for signal in signals(STATIC.system) if signal.path.startswith(unit) for name in signal.columns]
+    there = RunPicture(STATIC.system, STATIC.scene, "a", 0)
+    nowhere = RunPicture(STATIC.system, STATIC.scene, "b", 1, recorded=[recorded])
+    for runs, origin in (([nowhere], "/world"), ([nowhere, there], "/world/a/follow")):
+        views = [view for view in _views(screen.screen(runs)) if isinstance(view, screen.Scenery)]
+        assert [view.origin for view in views] == [origin, origin]
+
+
 def test_limits_are_drawn_with_what_they_limit():
     run = screen.screen([RunPicture(STATIC.system, STATIC.scene)]).parts[0]
     torque = next(view for view in _views(run) if view.title.startswith("Torque T_r [N.m]"))
