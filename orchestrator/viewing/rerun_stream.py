@@ -142,7 +142,8 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None], settle
         clock.sleep(settle)
         for time in times:
             if time is not None:
-                with contextlib.suppress(RuntimeError):  # a run that was killed before its first row has no time
+                # a run without rows has no time; that the viewer is gone shows in the next line
+                with contextlib.suppress(RuntimeError, OSError):
                     _patiently(
                         partial(viewer.set_time, "sim_time", duration=time, play_state="paused"), _HAS_ROWS_WITHIN
                     )

@@ -124,6 +124,16 @@ def test_views_of_what_is_not_recorded_leave_their_room_to_the_others(static, gr
 
 @pytest.mark.viewer
 @pytest.mark.slow
+def test_a_run_without_rows_has_a_picture_at_any_time(static, graphics, tmp_path):
+    scenario, path = kept.find(static).scenario, tmp_path / "empty.rrd"
+    RerunStream(path, scenario.system, None, name="empty", h=0.1, about={"status": "running"}, recorded=[]).close()
+    (content,) = photograph(path, [1.0])
+    picture = np.asarray(Image.open(io.BytesIO(content)).convert("RGB"))
+    assert (picture.min(axis=-1) > 150).sum() > 1000, "the page about the run"
+
+
+@pytest.mark.viewer
+@pytest.mark.slow
 def test_moving_obstacles_and_the_trails_colours_show(kept_run, graphics, tmp_path):
     run = kept_run(tmp_path / "dynamic-1", "dynamic")
     (picture,) = _pictures([run], [4.0], tmp_path / "scratch")
