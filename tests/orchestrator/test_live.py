@@ -227,4 +227,8 @@ def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch, wanted):
     assert seen_by_then == list(range(len(seen_by_then)))
     assert 0 < len(seen_by_then) < 21, "while it drove"
     assert seen["/signals/plant/state/x"] == expected["/signals/plant/state/x"]
+    ids = [
+        RrdReader(path).recordings()[0].recording_id for path in (tmp_path / "seen.rrd", tmp_path / "r/recording.rrd")
+    ]
+    assert ids[0] == ids[1], "to a viewer they are one"
     assert {e for e in expected if e.startswith(("/signals", "/world"))} <= seen.keys()

@@ -58,6 +58,18 @@ def test_all_runs_and_their_differences_stand_in_one_recording(runs, tables, tmp
     assert not any(entity.startswith("/difference/one") for entity in found)
 
 
+def test_a_difference_has_the_colour_of_its_run_as_its_signals_have(runs, tables, tmp_path):
+    _compared(runs, tables, [], tmp_path / "both.rrd")
+    found = {
+        chunk.entity_path: batch.column("SeriesLines:colors").to_pylist()[0]
+        for chunk in RrdReader(tmp_path / "both.rrd").stream()
+        if "SeriesLines:colors" in (batch := chunk.to_record_batch()).schema.names
+    }
+    one, two = (found[f"/signals/{name}/plant/state/v_x"] for name in ("one", "two"))
+    assert one != two
+    assert found["/difference/two/plant.state.y"] == found["/difference/two/plant.state.v_x"] == two
+
+
 def test_a_chosen_signal_may_be_the_element_of_an_array(runs, tables, tmp_path):
     found = _compared(runs, tables, ["controller.plan.y[3]"], tmp_path / "both.rrd")
     assert [entity for entity in found if entity.startswith("/difference")] == [

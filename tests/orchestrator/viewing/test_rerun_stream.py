@@ -12,6 +12,7 @@ from rerun.chunk import RrdReader
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.system import System
+from orchestrator.viewing.pictures import error_colours, rgba
 from orchestrator.viewing.rerun_stream import RerunStream
 from orchestrator.viewing.signals import signals
 
@@ -202,6 +203,23 @@ def test_modes_and_events_stand_at_their_ticks(recorded, rows):
     begun = [(tick, text) for tick, (text,) in recorded["/events", "TextLog:text"] if text.startswith("lane change")]
     assert [tick for tick, _ in begun] == [tick for tick, _ in states[1:3]]
     assert begun[0][1] == f"lane change begun at x = {rows[0]['plant.state.x'][begun[0][0]]:.1f} m"
+
+
+def test_lines_of_the_log_say_how_bad_it_is(recorded):
+    texts, levels = (recorded["/events", f"TextLog:{what}"] for what in ("text", "level"))
+    assert [tick for tick, _ in texts] == [tick for tick, _ in levels]
+    said = {
+        text.partition(":")[0].partition(" at ")[0]: level
+        for (_, (text,)), (_, (level,)) in zip(texts, levels, strict=True)
+    }
+    assert (said["lane change begun"], said["limit active"]) == ("INFO", "WARN")
+
+
+def test_each_point_of_the_trail_has_the_colour_of_its_error(recorded):
+    error = np.array([values[0] for _, values in recorded["/derived/path_error", "Scalars:scalars"]])
+    colours = np.array([colour for _, (colour,) in recorded["/world/trail", "Points3D:colors"]], dtype=np.uint32)
+    np.testing.assert_array_equal(colours, rgba(error_colours(error)))
+    assert len(set(colours.tolist())) > 10
 
 
 def test_friction_is_drawn_as_a_stroke_per_axle(recorded, rows):
