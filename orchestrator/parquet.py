@@ -34,7 +34,9 @@ def write_signals(frame: Frame, scenario: Scenario, path: Path) -> None:
         "macrostep": json.dumps({"scenario": scenario.name, "step": scenario.h, "versions": versions()}),
         "units": json.dumps({name: told["unit"] for name, told in known.items()}),
     }
-    pq.write_table(pa.Table.from_arrays([*columns.values()], schema=pa.schema(fields, provenance)), path)
+    beside = path.with_name(f".{path.name}")  # whoever is killed while writing leaves a whole file, or none
+    pq.write_table(pa.Table.from_arrays([*columns.values()], schema=pa.schema(fields, provenance)), beside)
+    beside.replace(path)
 
 
 def _array(values: np.ndarray[Any, Any]) -> pa.Array:

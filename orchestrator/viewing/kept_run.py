@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from components.interfaces.problem import Problem, refuse
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person 
 
 RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
 VALID = "a run folder, or an .rrd file"
+_TOLD: Final = {"scenario", "title", "status", "units", "versions"}
 _REMEDY = "Make a run: macrostep run static"
 
 
@@ -45,11 +46,12 @@ class KeptRun:
 
     @cached_property
     def summary(self) -> Mapping[str, Any]:
-        """What `summary.json` tells; empty for a run that was cut short."""
+        """What `summary.json` tells; empty for a run that was cut short, and for a file that is something else."""
         try:
-            return json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
+            told = json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
+        return cast(dict[str, Any], told) if isinstance(told, dict) and told.keys() >= _TOLD else {}
 
     @cached_property
     def signals(self) -> list[Signal]:

@@ -54,6 +54,20 @@ def test_texts_and_bytes_go_to_pyarrow_as_they_are(values):
     assert found.to_pylist() == values
 
 
+def test_who_is_killed_while_writing_leaves_the_rows_that_were_there(static, tmp_path, monkeypatch):
+    parquet.write_signals(rows(static), static, tmp_path / "s.parquet")
+    before = (tmp_path / "s.parquet").read_bytes()
+
+    def killed(_, path):
+        path.write_bytes(before[:1000])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pq, "write_table", killed)
+    with pytest.raises(KeyboardInterrupt):
+        parquet.write_signals(rows(static), static, tmp_path / "s.parquet")
+    assert (tmp_path / "s.parquet").read_bytes() == before
+
+
 @pytest.mark.parametrize("record", [EVERYTHING, {"plant.*": 1, "controller.*": 4}], ids=["all", "gaps"])
 def test_pandas_reads_the_rows_of_the_simulation(static, tmp_path, record):
     frame = rows(static, record)

@@ -54,3 +54,9 @@ def test_a_recording_on_its_own_has_no_system(whole, tmp_path):
 
 def test_a_summary_that_was_not_written_is_empty(run):
     assert kept_run.find(run).summary == {}
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"status": "finished"}', '"text"', "{"])
+def test_a_summary_of_something_else_is_as_none(run, content):
+    (run / "summary.json").write_text(content)
+    assert kept_run.find(run).summary == {}
