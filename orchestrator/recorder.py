@@ -25,6 +25,7 @@ from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
 from orchestrator.ssp import writer as ssp
 from orchestrator.system import Fmu, System
+from orchestrator.viewing import pages
 
 SUMMARY: Final = "summary.json"
 
@@ -94,7 +95,7 @@ def summary(
         "versions": versions(),
     }
     if isinstance(ended, SimulationError):
-        told["fault"] = {"tick": ended.tick, "time": ended.time, "unit": ended.unit, "reason": ended.reason}
+        told["fault"] = _fault(ended)
     return told
 
 
@@ -107,8 +108,11 @@ def status(ended: SimulationError | KeyboardInterrupt | None) -> str:
 
 def ending(ended: SimulationError | KeyboardInterrupt | None) -> dict[str, str]:
     """How a run ended, for a person who looks at its recording: the status, and a fault with tick, unit and reason."""
-    fault = {"fault": str(ended)} if isinstance(ended, SimulationError) else {}
-    return {"status": status(ended)} | fault
+    return {"status": status(ended)} | (pages.fault(_fault(ended)) if isinstance(ended, SimulationError) else {})
+
+
+def _fault(ended: SimulationError) -> dict[str, Any]:
+    return {"tick": ended.tick, "time": ended.time, "unit": ended.unit, "reason": ended.reason}
 
 
 def _timing(times: np.ndarray[Any, Any]) -> dict[str, float]:

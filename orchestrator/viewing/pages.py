@@ -15,11 +15,17 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     if not summary:
         return {"status": "cut short: there is no summary.json"}
     found = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
-    if fault := summary.get("fault"):
-        found["fault"] = f"tick {fault['tick']} (t = {fault['time']:g} s), unit `{fault['unit']}`: {fault['reason']}"
+    if "fault" in summary:
+        found |= fault(summary["fault"])
     for name, unit in summary["units"].items():
         found[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
     return found | dict(summary["versions"])
+
+
+def fault(told: Mapping[str, Any]) -> dict[str, str]:
+    """What ended a run before its time, and when; `told` are tick, time [s], unit and reason."""
+    at = f"tick {told['tick']} (t = {told['time']:g} s)"
+    return {"fault": f"unit `{told['unit']}`: {told['reason']}", "fault at": at}
 
 
 def page(name: str, told: Mapping[str, str], system: System) -> str:

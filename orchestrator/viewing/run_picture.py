@@ -148,7 +148,7 @@ class RunPicture:
 
     def fault(self, what: str) -> Messages:
         """The line of the log that says why the run ended before its time, for its last row."""
-        said = f"{self._said}the run ended in a fault at {what}"
+        said = f"{self._said}fault in {what}"
         return Messages(entity=self.at("events"), texts=[said], levels=["ERROR"])
 
     @property

@@ -104,8 +104,8 @@ def test_a_fault_stands_in_the_log_of_the_recording_and_on_its_page(tmp_path):
     finished = execute(
         static(settings=["plant.C_alpha_f=1e300"]), tmp_path / "r", str, Beside(Afterwards(), figures=False)
     )
-    told, tick = str(finished.ended), finished.summary["fault"]["tick"]
-    assert told.startswith(f"tick {tick} (t = ")
+    tick, reason = (finished.summary["fault"][name] for name in ("tick", "reason"))
+    assert str(finished.ended) == f"tick {tick} (t = {tick * 0.1:g} s), unit `plant`: {reason}"
     lines, pages = [], []
     for chunk in RrdReader(tmp_path / "r" / "recording.rrd").stream():
         batch = chunk.to_record_batch()
@@ -114,8 +114,9 @@ def test_a_fault_stands_in_the_log_of_the_recording_and_on_its_page(tmp_path):
             lines += zip(*(batch.column(name).to_pylist() for name in columns), strict=True)
         if chunk.entity_path == "/about":
             pages += [text for (text,) in batch.column("TextDocument:text").to_pylist()]
-    assert (tick, [f"the run ended in a fault at {told}"], ["ERROR"]) in lines
-    assert f"| fault | {told} |" in pages[-1]
+    assert (tick, [f"fault in unit `plant`: {reason}"], ["ERROR"]) in lines
+    assert f"| fault | unit `plant`: {reason} |" in pages[-1]
+    assert f"| fault at | tick {tick} (t = {tick * 0.1:g} s) |" in pages[-1]
 
 
 def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(tmp_path, monkeypatch):

@@ -173,7 +173,7 @@ def test_why_a_run_ended_before_its_time_is_told_at_its_last_tick(kept_run, runs
     broken = kept.find(folder)
     table = repair.rows(broken, tmp_path, print)
     comparison.rebuild(broken, table, tmp_path / "anew.rrd")
-    text = "the run ended in a fault at tick 10 (t = 1 s), unit `plant`: it is gone"
+    text = "fault in unit `plant`: it is gone"
     assert (10, [text]) in _log(tmp_path / "anew.rrd")
     comparison.compare([runs[0], broken], [tables[0], table], [], tmp_path / "both.rrd")
     assert [line for line in _log(tmp_path / "both.rrd") if "fault" in line[1][0]] == [(10, [f"broken: {text}"])]

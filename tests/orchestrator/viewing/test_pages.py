@@ -28,10 +28,12 @@ def test_a_summary_in_a_few_words():
 
 
 def test_a_fault_is_told_as_the_command_tells_it():
-    error = SimulationError(40, 4.0, "plant", "the signal `plant.state.x` is nan")
     fault = {"tick": 40, "time": 4.0, "unit": "plant", "reason": "the signal `plant.state.x` is nan"}
     told = pages.facts({**SUMMARY, "status": "fault", "fault": fault})
-    assert told["fault"] == str(error) == "tick 40 (t = 4 s), unit `plant`: the signal `plant.state.x` is nan"
+    assert told["fault"] == "unit `plant`: the signal `plant.state.x` is nan"
+    assert told["fault at"] == "tick 40 (t = 4 s)"
+    error = SimulationError(fault["tick"], fault["time"], fault["unit"], fault["reason"])
+    assert f"{told['fault at']}, {told['fault']}" == str(error)
 
 
 def test_runs_stand_side_by_side_with_the_parameters_that_differ():
