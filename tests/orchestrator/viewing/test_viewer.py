@@ -99,6 +99,7 @@ def test_every_view_of_static_shows_what_it_must(static, graphics, tmp_path):
     assert _missing(early, wanted) == []
     assert _missing(late, {**wanted, "bird's eye": world[:3]}) == []
     assert _count(early, "events", (255, 255, 255), 120) > 500
+    assert _count(early, "bird's eye", palette.GROUND, 3) > 5000
     moved = np.abs(early - late).max(axis=-1) > 30
     assert moved[: moved.shape[0] // 3].sum() > 5000, "the world moves on"
 
@@ -179,6 +180,7 @@ def test_the_web_viewer_shows_the_same_in_the_light_theme(static, tmp_path):
             process.terminate()
     assert _missing(picture, wanted) == []
     assert _missing(picture, {"did": ((255, 255, 255),)}) == [], "the ground is not light"
+    assert _count(picture, "bird's eye", palette.GROUND, 3) > 5000, "the world looks as it does in the dark"
 
 
 def _listening(pid):
