@@ -87,16 +87,15 @@ def read(path: Path, model: str | None = None) -> FlatModel:
     """Flatten `model`, or the only model of the file. Raises `RequestError` for whatever is not supported, at once."""
     if not path.is_file():
         raise refuse(str(path), "no such file", "a Modelica file (.mo)")
-    compiled = _compiled(path, model)
-    flat, whole = compiled.to_dict("flat"), compiled.to_dict("dae")
-    places = _Places(whole["source_map"]["files"], str(path))
+    name, flat, files = _compiled(path, model)
+    places = _Places(files, str(path))
     raise_if_any(_left_out(flat, places))
     variables = {v["name"]: _variable(v, flat, places) for v in flat["variables"].values()}
     raise_if_any(_bound_inputs(variables.values()))
     return FlatModel(
-        name=compiled.name,
-        summary=flat["model_description"] or compiled.name,
-        definition=_digest(compiled.name, whole["source_map"]["files"]),
+        name=name,
+        summary=flat["model_description"] or name,
+        definition=_digest(name, files),
         place=str(path),
         variables=variables,
         equations=(*_equations(flat["equations"], places), *_bindings(variables.values())),
@@ -117,14 +116,19 @@ def names(tree: Any) -> set[str]:
     return {node["VarRef"]["name"]["name"] for node in nodes(tree) if "VarRef" in node}
 
 
-def _compiled(path: Path, model: str | None) -> Any:
+def _compiled(path: Path, model: str | None) -> tuple[str, Tree, list[tuple[int, str, str]]]:
+    """Name, flat syntax tree and sources (number, name, text) of a model.
+
+    rumoca's own object ends here: no other thread may let go of it, and an exception would hand it on to any.
+    """
     try:
         import rumoca  # noqa: PLC0415 - an extra, and large
     except ImportError as error:
         remedy = "Install macrostep[modelica]."
         raise refuse(str(path), "a Modelica file, and no rumoca to read it", "rumoca", remedy) from error
     try:
-        return rumoca.Session([str(library())]).load(str(path), model=model)
+        made = rumoca.Session([str(library())]).load(str(path), model=model)
+        return made.name, made.to_dict("flat"), made.to_dict("dae")["source_map"]["files"]
     except rumoca.RumocaError as error:
         raise _not_compiled(rumoca, path, model, str(error)) from error
 

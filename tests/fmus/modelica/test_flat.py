@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+from threading import Thread
 
 import pytest
 
@@ -15,6 +16,19 @@ def refusal(path, model=None) -> str:
     with pytest.raises(RequestError) as refused:
         read(path, model)
     return str(refused.value)
+
+
+def test_a_refusal_may_be_let_go_of_by_another_thread(written):
+    """rumoca's objects may not; the exception's frames held one, and the collector of garbage runs in any thread."""
+    kept = []
+    try:
+        read(written("partial block M end M;"))
+    except RequestError as error:
+        kept.append(error)
+    assert kept
+    thread = Thread(target=kept.clear)
+    thread.start()
+    thread.join()
 
 
 def test_variables_keep_type_role_unit_and_description(written):
