@@ -41,13 +41,7 @@ def main(stream: IO[bytes]) -> None:
     messages: Messages = queue.SimpleQueue()
     receiver = threading.Thread(target=_receive, args=(stream, messages), daemon=True)
     receiver.start()
-    _get_ready()
-    request: Request | None = _next(messages)
-    if request is None:
-        return
-    if isinstance(request.sink, str):
-        threading.Thread(target=_give_up, args=(receiver,), daemon=True).start()
-    _record(request, messages)
+    _record(messages, receiver)
 
 
 def _receive(stream: IO[bytes], messages: Messages) -> None:
@@ -74,19 +68,22 @@ def _next(messages: Messages) -> Any:
     return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
 
 
-def _get_ready() -> None:
-    for module in ("ssp.reader", "viewing.rerun_stream", "recording"):
-        importlib.import_module(f"orchestrator.{module}")
-
-
-def _record(request: Request, messages: Messages) -> None:
+def _record(messages: Messages, receiver: threading.Thread) -> None:
+    # slow to import; the run is prepared meanwhile
     from orchestrator.recording import Recording, joined  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
-    scenario = ssp_reader.read(request.folder / "system.ssp")
-    recording = Recording(request, scenario)
-    archive.remove_packages()  # all is read; later this process may be ended at any moment
+    importlib.import_module("orchestrator.viewing.rerun_stream")  # `Recording` would import it later
+    request: Request | None = _next(messages)
+    if request is None:
+        return
+    if isinstance(request.sink, str):
+        threading.Thread(target=_give_up, args=(receiver,), daemon=True).start()
+    try:
+        recording = Recording(request, ssp_reader.read(request.folder / "system.ssp"))
+    finally:
+        archive.remove_packages()  # all is read; later this process may be ended at any moment
     print("open", flush=True)  # noqa: T201 - what the other side waits for
     about, over = {**request.about, "status": "cut short"}, False
     while not over:
@@ -113,7 +110,6 @@ if __name__ == "__main__":
     except Exception:  # noqa: BLE001 - the other side tells
         traceback.print_exc()
         code = 1
-    importlib.import_module("orchestrator.ssp.archive").remove_packages()
     # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
     sys.stderr.flush()
     os._exit(code)
