@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
-from fmus.adaptation import Adaptation
+from fmus.adaptation import Adaptation, Link
 from fmus.unit import Interface
 
 
@@ -25,9 +25,9 @@ def adapted(
     own = {v.name: v for v in theirs.outputs}
     ours = [signals[s.name] for s in socket.signals("outputs") if s.name in shown]
     outputs = (*ours, *(own[name] for name in adaptation.passed_on))
-    through = (
-        _reach_outputs(theirs, outputs, adaptation) @ theirs.feedthrough @ _reach_inputs(theirs, inputs, adaptation)
-    )
+    shows = [*adaptation.outputs, *(Link(name, ((name, 0),)) for name in adaptation.passed_on)]
+    made_of = _reach(shows, outputs, theirs.outputs, adaptation)
+    through = made_of @ theirs.feedthrough @ _reach(adaptation.inputs, inputs, theirs.inputs, adaptation).T
     remarks: list[str] = []
     if socket.name in {"plant", "traffic"} and not feedthrough:
         through[: len(ours)] = False
@@ -56,26 +56,16 @@ def _undeclared(signal: str, theirs: Interface, adaptation: Adaptation) -> bool:
     return names <= theirs.undeclared
 
 
-def _reach_outputs(theirs: Interface, outputs: tuple[Variable, ...], adaptation: Adaptation) -> NDArray[np.bool_]:
-    """(ours, theirs): which outputs of theirs each of ours is made of."""
-    row, column = _places(outputs), _places(theirs.outputs)
+def _reach(
+    links: Iterable[Link], ours: tuple[Variable, ...], theirs: tuple[Variable, ...], adaptation: Adaptation
+) -> NDArray[np.bool_]:
+    """(ours, theirs): which variables are linked; a rate acts through the step."""
+    row, column = _places(ours), _places(theirs)
     found = np.zeros((len(row), len(column)), dtype=bool)
-    for link in adaptation.outputs:
+    for link in links:
         for name, _ in link.theirs:
             found[row[link.signal], column[name]] = True
-    for name in adaptation.passed_on:
-        found[row[name], column[name]] = True
-    return _mixed(found, outputs, adaptation)
-
-
-def _reach_inputs(theirs: Interface, inputs: tuple[Variable, ...], adaptation: Adaptation) -> NDArray[np.bool_]:
-    """(theirs, ours): which inputs of ours reach each of theirs; a rate acts through the step."""
-    row, column = _places(inputs), _places(theirs.inputs)
-    found = np.zeros((len(row), len(column)), dtype=bool)
-    for link in adaptation.inputs:
-        for name, _ in link.theirs:
-            found[row[link.signal], column[name]] = True
-    return _mixed(found, inputs, adaptation).T
+    return _mixed(found, ours, adaptation)
 
 
 def _mixed(found: NDArray[np.bool_], variables: tuple[Variable, ...], adaptation: Adaptation) -> Any:
