@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-from shutil import copytree
-
 import pytest
 
 from components.interfaces.problem import Problem, RequestError
 from orchestrator.viewing import kept_run
-
-
-@pytest.fixture(scope="module")
-def whole(kept_run, tmp_path_factory):
-    return kept_run(tmp_path_factory.mktemp("runs") / "static-1", until=0.3)
-
-
-@pytest.fixture
-def run(whole, tmp_path):
-    return copytree(whole, tmp_path / "static-1")
 
 
 def _problem(request):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from shutil import copytree
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,16 +10,6 @@ from components.interfaces.problem import RequestError
 from orchestrator.viewing import repair
 from orchestrator.viewing.kept_run import find
 from orchestrator.viewing.rerun_stream import RerunStream, read_series
-
-
-@pytest.fixture(scope="module")
-def whole(kept_run, tmp_path_factory):
-    return kept_run(tmp_path_factory.mktemp("runs") / "static-1", until=2.0)
-
-
-@pytest.fixture
-def run(whole, tmp_path):
-    return copytree(whole, tmp_path / "static-1")
 
 
 @pytest.fixture
