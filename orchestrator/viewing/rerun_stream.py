@@ -56,13 +56,9 @@ class RerunStream:
     ) -> None:
         self._picture, self._h = RunPicture(system, scene, recorded=recorded), h
         self._name, self._last = name, 0
-        self._stream = rr.RecordingStream("macrostep", recording_id=recording_id)
-        self._stream.set_log_time_enabled(False)
-        self._stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
-        self._stream.send_blueprint(blueprint(screens.screen([self._picture])))
-        self._stream.send_recording_name(name)
-        for style in (s.Page(entity="/about", text=pages.page(name, about, system)), *self._picture.styles()):
-            send_style(self._stream, style)
+        page = s.Page(entity="/about", text=pages.page(name, about, system))
+        screen = screens.screen([self._picture])
+        self._stream = _opened(sink, name, screen, [page, *self._picture.styles()], recording_id)
 
     def log(self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None) -> None:
         """Send consecutive rows of `Simulation.frame()`, and the wall time [s] that each of their steps took.
@@ -100,17 +96,25 @@ def write(
     batches: Iterable[tuple[NDArray[np.int64], float, Iterable[s.Shape | s.Style]]],
 ) -> None:
     """A whole recording at once: each batch by its ticks, its macro step [s] and its shapes."""
-    stream = rr.RecordingStream("macrostep")
-    stream.set_log_time_enabled(False)
-    stream.set_sinks(rr.FileSink(str(path)))
-    stream.send_blueprint(blueprint(screen))
-    stream.send_recording_name(name)
-    for style in styles:
-        send_style(stream, style)
+    stream = _opened(path, name, screen, styles)
     for ticks, h, shapes in batches:
         send_shapes(stream, ticks, h, shapes)
     stream.flush()
     stream.disconnect()
+
+
+def _opened(
+    sink: Path | str, name: str, screen: screens.Group, styles: Iterable[s.Style], recording_id: str | None = None
+) -> rr.RecordingStream:
+    """A recording with all that stands from the start."""
+    stream = rr.RecordingStream("macrostep", recording_id=recording_id)
+    stream.set_log_time_enabled(False)
+    stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
+    stream.send_blueprint(blueprint(screen))
+    stream.send_recording_name(name)
+    for style in styles:
+        send_style(stream, style)
+    return stream
 
 
 def read_series(path: Path) -> dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]:
