@@ -58,9 +58,8 @@ class Gathered:
         path = Path(part.fmu or "")
         fmu = Fmu(path, lenient=lenient)
         self.remarks += [f"{socket}: {path.name}: {told}" for told in fmu.archive.remarks]
-        given = (
-            part.parameters | in_units_of(part.parameters, fmu.interface)[0]
-        )  # others are told when they are checked
+        # those in other units are told when they are checked
+        given = part.parameters | in_units_of(part.parameters, fmu.interface)[0]
         declared = fmu.interface.parameters
         values, found = values_of(socket, declared, {}, given, settings)
         fmu = fmu if found else fmu.changed(parameters=values)
