@@ -6,14 +6,16 @@ import json
 import multiprocessing
 import os
 import random
+import re
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import warnings
 from collections import defaultdict
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -337,9 +339,33 @@ def stopped(how, by=signal.SIGSTOP):
         process.wait()
 
 
+@contextmanager
+def slow():
+    """A real server, at the end of a line that carries 40 kB/s."""
+    with stopped(["--serve-grpc"]) as (url, _), socket.create_server(("127.0.0.1", 0)) as entry:
+        port = int(re.findall(r":(\d+)/", url)[0])
+        threading.Thread(target=carry_slowly, args=(entry, port), daemon=True).start()
+        yield f"rerun+http://127.0.0.1:{entry.getsockname()[1]}/proxy", lambda: None
+
+
+def carry_slowly(entry, port):
+    def carry(source, target, pause):
+        with suppress(OSError), source, target:
+            while content := source.recv(4096):
+                target.sendall(content)
+                time.sleep(pause)
+
+    with suppress(OSError):  # the test is over
+        while True:
+            here, there = entry.accept()[0], socket.create_connection(("127.0.0.1", port))
+            for ends in ((here, there, 0.1), (there, here, 0.0)):
+                threading.Thread(target=carry, args=ends, daemon=True).start()
+
+
 VIEWERS = {
     "dead": dead,
     "silent": silent,
+    "slow": slow,
     "server": lambda: stopped(["--serve-grpc"]),
     "killed": lambda: stopped(["--serve-grpc"], signal.SIGKILL),
     "viewer": lambda: stopped(["--headless", "--hide-welcome-screen"]),
