@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from fmus.description import FILE
+from fmus.toolchain.version import Version
 from fmus.unit import Interface
-from fmus.version import Version
 
 VALID: Final = f"an FMU: a zip archive with {FILE}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 

@@ -17,10 +17,10 @@ from fmus.interface import Interface, interface_of
 from fmus.lower import lower
 from fmus.model_description_fmi2 import model_description_fmi2
 from fmus.model_description_fmi3 import model_description_fmi3
-from fmus.platform_names import binary_path
 from fmus.sources import build_description, compiled_files, runtime_sources
 from fmus.terminals import terminals_and_icons
-from fmus.version import Version
+from fmus.toolchain.platform_names import binary_path
+from fmus.toolchain.version import Version
 
 _NAMESPACE: Final = uuid.UUID("7d1c4a9e-6a55-5e0c-9b6e-3f1a8c0f2d47")
 """Of the tokens: the name in it is the digest of an FMU's C sources."""

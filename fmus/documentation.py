@@ -6,7 +6,7 @@ import inspect
 from html import escape
 
 from fmus.interface import Clock, FmiVariable, Interface
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 _STYLE = (
     "body{font-family:sans-serif;max-width:60em;margin:2em auto}"

@@ -18,10 +18,10 @@ import components.interfaces
 import fmus
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.compiler import FLAGS, Compiler
 from fmus.description_parts import tool_version
-from fmus.platform_names import platform_tuple
-from fmus.version import Version
+from fmus.toolchain.compiler import FLAGS, Compiler
+from fmus.toolchain.platform_names import platform_tuple
+from fmus.toolchain.version import Version
 
 STAMP_PATH = "extra/org.macrostep/build.json"
 """Where an FMU keeps the stamp it was built with."""

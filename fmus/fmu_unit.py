@@ -27,9 +27,9 @@ from components.interfaces.record import Variable
 from fmus.archive import VALID, Archive
 from fmus.fmi2_logger import formatting_logger, register, release
 from fmus.library import loaded
+from fmus.toolchain.version import Version
 from fmus.unit import Column, Operation, Unit, UnitError, by_type
 from fmus.unpack import unpack
-from fmus.version import Version
 
 _ADDRESS = ctypes.c_size_t
 

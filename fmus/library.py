@@ -13,9 +13,9 @@ from fmpy import freeLibrary
 
 from components.interfaces.problem import choices, refuse
 from fmus.archive import Archive
-from fmus.platform_names import binary_path, platform_tuple
 from fmus.recompile import compile_library, has_sources
-from fmus.version import Version
+from fmus.toolchain.platform_names import binary_path, platform_tuple
+from fmus.toolchain.version import Version
 
 _LISTED = 5
 

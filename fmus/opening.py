@@ -20,9 +20,9 @@ from fmus.clocks import clocks
 from fmus.description import FILE, Description, read_description
 from fmus.library import binary_remark
 from fmus.ports import Port, aliases, ports, whole_name
+from fmus.toolchain.version import Version
 from fmus.unit import Interface
 from fmus.unpack import read
-from fmus.version import Version
 
 
 def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:

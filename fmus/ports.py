@@ -22,7 +22,7 @@ from fmpy.model_description import ModelDescription
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 LARGEST_ARRAY: Final = 10_000_000
 """Elements of one variable; more would fill the memory before anything ran."""

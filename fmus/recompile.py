@@ -19,10 +19,10 @@ import platformdirs
 
 from components.interfaces.problem import refuse
 from fmus.archive import Archive
-from fmus.compiler import required_compiler
-from fmus.platform_names import platform_tuple
+from fmus.toolchain.compiler import required_compiler
+from fmus.toolchain.platform_names import platform_tuple
+from fmus.toolchain.version import Version
 from fmus.unpack import parse_xml
-from fmus.version import Version
 
 BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
 _VALID: Final = "sources that a C compiler takes"

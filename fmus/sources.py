@@ -9,9 +9,9 @@ from typing import Final
 
 from lxml import etree
 
-from fmus.compiler import FLAGS
 from fmus.description_parts import to_bytes
-from fmus.version import Version
+from fmus.toolchain.compiler import FLAGS
+from fmus.toolchain.version import Version
 
 GENERATED: Final = ("model.c", "variables.c")
 _CORE: Final = ("instance.c", "core.c", "access.c", "snapshot.c")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fmus.archive import Archive
 from fmus.clocked_unit import ClockedUnit
 from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 
 def fmu_unit(name: str, archive: Archive) -> FmuUnit:

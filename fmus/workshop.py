@@ -10,12 +10,12 @@ from typing import Any
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.compiler import Compiler
 from fmus.content import Generated, content, generate
 from fmus.fingerprint import STAMP_PATH, Stamp
-from fmus.pack import write_archive
 from fmus.sources import runtime_sources, runtime_units
-from fmus.version import Version
+from fmus.toolchain.archives import write_archive
+from fmus.toolchain.compiler import Compiler
+from fmus.toolchain.version import Version
 
 
 @dataclass(frozen=True)

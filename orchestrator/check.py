@@ -12,7 +12,7 @@ from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.archive import Archive
 from fmus.library import binary, platforms
-from fmus.platform_names import platform_tuple
+from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit import Interface, UnitError
 from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit

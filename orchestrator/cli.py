@@ -83,7 +83,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
     with ExitStack() as watching:
         with _working() as progress, RecordingProcess() as recording:
-            from fmus.version import Version  # noqa: PLC0415
+            from fmus.toolchain.version import Version  # noqa: PLC0415
             from orchestrator.live import Live, wish  # noqa: PLC0415
             from orchestrator.run import Beside, execute, load  # noqa: PLC0415
             from orchestrator.scenario import Options  # noqa: PLC0415
@@ -172,7 +172,7 @@ def build(
 ) -> None:
     """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here), where out of date."""
     from components import BLOCKS  # noqa: PLC0415
-    from fmus.version import Version  # noqa: PLC0415
+    from fmus.toolchain.version import Version  # noqa: PLC0415
     from orchestrator import scenario as scenarios  # noqa: PLC0415
 
     versions = [Version(int(fmi))] if fmi else list(Version)
@@ -303,7 +303,7 @@ def main() -> None:
 def _told(error: Exception) -> int:
     """Say what was wrong, and give the exit code; anything but a wrong request or a failed build is raised again."""
     from components.interfaces.problem import RequestError  # noqa: PLC0415
-    from fmus.compiler import BuildError  # noqa: PLC0415
+    from fmus.toolchain.compiler import BuildError  # noqa: PLC0415
 
     if isinstance(error, RequestError):
         for problem in error.problems:

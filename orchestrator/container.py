@@ -36,7 +36,7 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.pack import write_archive
+from fmus.toolchain.archives import write_archive
 from orchestrator.connection import Connection
 from orchestrator.scenario import Scenario
 from orchestrator.schedule import Algorithm, follows_inputs, schedule

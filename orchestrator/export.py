@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import container
 from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load

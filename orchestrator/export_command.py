@@ -33,7 +33,7 @@ def export(  # noqa: PLR0913 - one parameter per option of the command
     chosen = {"plant": plant, "traffic": traffic, "controller": controller}
     with working() as progress:
         progress("getting ready")
-        from fmus.version import Version  # noqa: PLC0415
+        from fmus.toolchain.version import Version  # noqa: PLC0415
         from orchestrator.export import Targets, default_mode, write  # noqa: PLC0415
         from orchestrator.scenario import Options  # noqa: PLC0415
 

@@ -17,7 +17,7 @@ from typing import Any, Final, cast
 import numpy as np
 
 from components.interfaces.problem import refuse
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import metrics
 from orchestrator.mapping.mapped import Mapped
 from orchestrator.master import Simulation, SimulationError

@@ -18,7 +18,7 @@ from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
 from fmus.build import build_all
 from fmus.modelica.build import build_modelica, is_modelica
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.isolation import isolated
 from orchestrator.log import EVERYTHING, Choice
 from orchestrator.parameters import (

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import settings
 
 from components import BLOCKS
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import cli, scenario
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fmus.build import Built, build
 from fmus.modelica.block import modelica_block
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 _REQUEST = re.compile(r"(?P<file>.+\.mo)(?::(?P<model>[\w.]+))?")
 

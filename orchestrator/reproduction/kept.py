@@ -16,8 +16,8 @@ from typing_extensions import override
 
 from fmus.archive import Archive
 from fmus.fmu_unit import Fmu3Unit
+from fmus.toolchain.version import Version
 from fmus.unit import Unit, UnitError
-from fmus.version import Version
 from orchestrator.system import Fmu
 
 _idle: dict[tuple[Path, str], list[KeptUnit]] = {}

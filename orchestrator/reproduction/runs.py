@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from components import BLOCKS
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import run as runner
 from orchestrator import scenario
 from orchestrator.recorder import SUMMARY

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Final, TypeAlias
 
 from components.interfaces.problem import choices
-from fmus.ssp_schemas import schema
+from fmus.toolchain.ssp_schemas import schema
 
 Node: TypeAlias = Any
 """An element of lxml, whose own type is private"""

@@ -22,9 +22,9 @@ from components.interfaces.conversion import IDENTITY, Linear, Transformation
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.pack import write_archive
 from fmus.ports import whole_name
-from fmus.version import Version
+from fmus.toolchain.archives import write_archive
+from fmus.toolchain.version import Version
 from orchestrator.mapping.file import written
 from orchestrator.mapping.mapped import Mapped, fmu_of
 from orchestrator.scenario import Scenario

@@ -12,7 +12,7 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from fmus.build import build
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
 from orchestrator.system import Fmu, System
 

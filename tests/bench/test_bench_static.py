@@ -12,9 +12,9 @@ import pytest
 
 from components.interfaces.quantity import DTYPES
 from fmus.opening import open_fmu
+from fmus.toolchain.version import Version
 from fmus.unit import widths
 from fmus.units import fmu_unit
-from fmus.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
 

@@ -16,7 +16,7 @@ from components.interfaces.conversion import Linear
 from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
 from fmus.lower import lower
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp

@@ -13,7 +13,7 @@ import pytest
 from components import BLOCKS
 from components.interfaces.problem import RequestError
 from fmus.modelica.flat import library
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import scenario
 from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts

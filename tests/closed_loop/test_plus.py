@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
 from orchestrator.scenario import Options, prepare

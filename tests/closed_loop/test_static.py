@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from components.interfaces.buses import SolverStatus
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
 from orchestrator.scenario import Options, prepare

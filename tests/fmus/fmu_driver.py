@@ -16,7 +16,7 @@ from fmpy import fmi2, fmi3
 from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 _SUFFIXES = {
     Version.FMI2: {"Real": "Real", "Integer": "Integer", "Boolean": "Boolean", "Enumeration": "Integer"},

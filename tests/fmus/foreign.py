@@ -15,9 +15,9 @@ from pathlib import Path
 import fmpy
 from fmpy import fmi2, fmi3
 
-from fmus.compiler import required_compiler
-from fmus.platform_names import binary_path
-from fmus.version import Version
+from fmus.toolchain.compiler import required_compiler
+from fmus.toolchain.platform_names import binary_path
+from fmus.toolchain.version import Version
 
 C = Path(__file__).parent / "c"
 HEADERS = Path(fmpy.__file__).parent / "c-code"

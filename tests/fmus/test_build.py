@@ -12,9 +12,10 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.problem import RequestError
-from fmus import compiler, fingerprint, workshop
+from fmus import fingerprint, workshop
 from fmus.build import BuildError, build, build_all
-from fmus.version import Version
+from fmus.toolchain import compiler
+from fmus.toolchain.version import Version
 
 Start = Callable[[str], dict[str, Any]]
 STATIONARY = BLOCKS["stationary"]

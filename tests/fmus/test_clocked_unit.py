@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import C, description3, library, pack

@@ -6,7 +6,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from fmus.description import read_description
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from tests.fmus.foreign import description2, description3, scalar
 
 GOOD2 = description2(

@@ -22,7 +22,7 @@ from components.interfaces.block import Sampled
 from components.interfaces.record import Variable
 from fmus.documentation import documentation
 from fmus.interface import interface_of
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
 from tests.fmus.fmu_driver import FmuDriver

@@ -12,7 +12,7 @@ from typing import Final
 import pytest
 from fmpy import fmi3
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver, refused
 
 Built = Mapping[tuple[str, Version], Path]

@@ -17,7 +17,7 @@ from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import pack, unpack
 from fmus.interface import interface_of
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver
 
 Drive = Callable[..., FmuDriver]

@@ -29,8 +29,8 @@ from components.interfaces.record import groups
 from components.interfaces.unit_strings import UNITS
 from fmus.build import build_all
 from fmus.description_parts import quantity_of
-from fmus.platform_names import binary_path
-from fmus.version import Version
+from fmus.toolchain.platform_names import binary_path
+from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver
 
 Built = Mapping[tuple[str, Version], Path]

@@ -20,7 +20,7 @@ from components.interfaces.maths import sqrt
 from components.interfaces.quantity import quantity
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
 from fmus.build import build_all
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver, refused
 
 Built = Mapping[tuple[str, Version], Path]

@@ -9,8 +9,8 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type, zeros
+from fmus.toolchain.version import Version
 from fmus.unit import carry_out, widths
-from fmus.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import description3, library, pack

@@ -14,7 +14,7 @@ from fmpy import simulate_fmu
 
 from fmus import model_exchange
 from fmus.opening import open_fmu
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import description2, description3, library, pack, scalar

@@ -14,9 +14,9 @@ from fmpy import simulate_fmu
 from components.interfaces.problem import RequestError
 from fmus.archive import VALID
 from fmus.opening import open_fmu
-from fmus.platform_names import binary_path, platform_tuple
+from fmus.toolchain.platform_names import binary_path, platform_tuple
+from fmus.toolchain.version import Version
 from fmus.units import fmu_unit
-from fmus.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar

@@ -10,7 +10,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
 from fmus.opening import open_fmu
 from fmus.ports import whole_name
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, simulate
 from orchestrator.parquet import read_columns, write_signals
 from orchestrator.scenario import Scenario

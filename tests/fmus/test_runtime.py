@@ -8,7 +8,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmus.compiler import FLAGS, required_compiler
+from fmus.toolchain.compiler import FLAGS, required_compiler
 
 RUNTIME = Path(__file__).parents[2] / "fmus" / "runtime"
 HEADERS = Path(fmpy.__file__).parent / "c-code"

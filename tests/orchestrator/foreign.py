@@ -19,7 +19,7 @@ from components.interfaces.socket import Socket
 from components.interfaces.sockets import PlantInputs
 from components.vehicle.bicycle import Bicycle
 from fmus.build import build
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.scenario import default_values
 from tests.fmus.foreign import copied, entries, kept_folder
 

@@ -6,7 +6,7 @@ import zipfile
 from functools import cache
 from pathlib import Path
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from tests.fmus.foreign import description2, description3, kept_folder, library, pack, scalar
 
 SPACES = " ".join(

@@ -8,7 +8,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import SOCKETS
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.check import check
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import write_template

@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 
 from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import container
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare

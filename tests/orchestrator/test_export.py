@@ -13,7 +13,7 @@ import pytest
 from lxml import etree
 
 from components.interfaces.conversion import Linear
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp

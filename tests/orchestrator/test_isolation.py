@@ -6,7 +6,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from fmus.isolated_unit import PATIENCE
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.isolation import isolated
 from orchestrator.run import load
 from orchestrator.scenario import Options, prepare

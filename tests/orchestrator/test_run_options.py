@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from fmus.build import build
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
 from tests.fmus.foreign import description3, library, pack

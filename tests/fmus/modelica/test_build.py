@@ -9,7 +9,7 @@ from fmpy.validation import validate_fmu
 from components.interfaces.problem import RequestError
 from fmus.modelica.build import build_modelica, is_modelica
 from fmus.modelica.flat import library
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pythonfmu import FmuBuilder
 
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import PLANT
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator import recorder
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.master import Simulation, simulate

@@ -10,7 +10,7 @@ import pytest
 from fmpy.ssp.ssd import read_ssv
 
 from components.interfaces.problem import RequestError
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, simulate
 from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare

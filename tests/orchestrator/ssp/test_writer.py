@@ -8,7 +8,7 @@ import fmpy.ssp.ssd
 import pytest
 from lxml import etree
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from lxml import etree
 
-from fmus.ssp_schemas import schema, schema_folder
+from fmus.toolchain.ssp_schemas import schema, schema_folder
 
 
 @pytest.mark.parametrize("kind", ["Description", "ParameterValues", "ParameterMapping", "SignalDictionary"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import sys
 
-from fmus.version import Version
+from fmus.toolchain.version import Version
 
 _PROCESSORS = {"amd64": "x86_64", "i386": "x86", "i686": "x86", "arm64": "aarch64"}
 _SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "windows", "cygwin": "windows"}

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from fmus.platform_names import binary_path, platform_tuple
-from fmus.version import Version
+from fmus.toolchain.platform_names import binary_path, platform_tuple
+from fmus.toolchain.version import Version
 
 
 @pytest.mark.parametrize(
