@@ -16,7 +16,7 @@ from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
-from fmus.build import build_all
+from fmus.export.build import build_all
 from fmus.modelica.build import build_modelica, is_modelica
 from fmus.toolchain.version import Version
 from orchestrator.isolation import isolated

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from fmus.build import Built, build
+from fmus.export.build import Built, build
 from fmus.modelica.block import modelica_block
 from fmus.toolchain.version import Version
 

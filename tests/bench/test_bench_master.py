@@ -11,7 +11,7 @@ from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
-from fmus.build import build
+from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
 from orchestrator.system import Fmu, System

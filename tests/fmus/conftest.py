@@ -10,7 +10,7 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.block import Block
-from fmus.build import build_all
+from fmus.export.build import build_all
 from fmus.toolchain.version import Version
 from orchestrator.scenario import default_values
 from tests.fmus.fmu_driver import FmuDriver

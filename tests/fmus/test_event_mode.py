@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import Variable
-from fmus.documentation import documentation
-from fmus.interface import interface_of
+from fmus.export.documentation import documentation
+from fmus.export.fmi_variables import interface_of
 from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare

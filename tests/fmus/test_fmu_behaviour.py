@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import pack, unpack
-from fmus.interface import interface_of
+from fmus.export.fmi_variables import interface_of
 from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver
 

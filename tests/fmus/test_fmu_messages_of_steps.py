@@ -19,7 +19,7 @@ from components.interfaces.buses import VehicleState
 from components.interfaces.maths import sqrt
 from components.interfaces.quantity import quantity
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
-from fmus.build import build_all
+from fmus.export.build import build_all
 from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver, refused
 

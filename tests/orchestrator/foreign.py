@@ -18,7 +18,7 @@ from components.interfaces.runge_kutta import runge_kutta
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import PlantInputs
 from components.vehicle.bicycle import Bicycle
-from fmus.build import build
+from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.scenario import default_values
 from tests.fmus.foreign import copied, entries, kept_folder

@@ -7,7 +7,7 @@ import json
 import pandas as pd
 import pytest
 
-from fmus.build import build
+from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare

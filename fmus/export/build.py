@@ -15,11 +15,11 @@ import numpy as np
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from fmus.fingerprint import Stamp, stamp
+from fmus.export.compilation import Workshop
+from fmus.export.fingerprint import Stamp, stamp
 from fmus.toolchain.archives import writable_folder
 from fmus.toolchain.compiler import BuildError, Compiler, find_compiler, required_compiler
 from fmus.toolchain.version import Version
-from fmus.workshop import Workshop
 
 __all__ = ["BuildError", "Built", "build", "build_all"]
 

@@ -10,9 +10,9 @@ from typing import Any
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.content import Generated, content, generate
-from fmus.fingerprint import STAMP_PATH, Stamp
-from fmus.sources import runtime_sources, runtime_units
+from fmus.export.content import Generated, content, generate
+from fmus.export.fingerprint import STAMP_PATH, Stamp
+from fmus.export.sources import runtime_sources, runtime_units
 from fmus.toolchain.archives import write_archive
 from fmus.toolchain.compiler import Compiler
 from fmus.toolchain.version import Version

@@ -5,8 +5,8 @@ from __future__ import annotations
 from lxml import etree
 
 from components.interfaces.record import groups
-from fmus.description_parts import to_bytes
-from fmus.interface import Interface
+from fmus.export.description_parts import to_bytes
+from fmus.export.fmi_variables import Interface
 
 
 def terminals_and_icons(interface: Interface) -> bytes:

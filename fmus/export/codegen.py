@@ -12,7 +12,7 @@ import casadi as ca
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.interface import TIME_REFERENCE, FmiVariable, Interface
+from fmus.export.fmi_variables import TIME_REFERENCE, FmiVariable, Interface
 from fmus.lower import Lowered
 
 _ROLES = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from html import escape
 
-from fmus.interface import Clock, FmiVariable, Interface
+from fmus.export.fmi_variables import Clock, FmiVariable, Interface
 from fmus.toolchain.version import Version
 
 _STYLE = (

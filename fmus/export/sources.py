@@ -9,7 +9,7 @@ from typing import Final
 
 from lxml import etree
 
-from fmus.description_parts import to_bytes
+from fmus.export.description_parts import to_bytes
 from fmus.toolchain.compiler import FLAGS
 from fmus.toolchain.version import Version
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from components import BLOCKS
-from fmus import codegen
-from fmus.codegen import equations_source, variables_source
-from fmus.interface import interface_of
+from fmus.export import codegen
+from fmus.export.codegen import equations_source, variables_source
+from fmus.export.fmi_variables import interface_of
 from fmus.lower import lower
 
 RAMP = BLOCKS["ramp_traffic"]

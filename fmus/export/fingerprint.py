@@ -18,7 +18,7 @@ import components.interfaces
 import fmus
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.description_parts import tool_version
+from fmus.export.description_parts import tool_version
 from fmus.toolchain.compiler import FLAGS, Compiler
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version

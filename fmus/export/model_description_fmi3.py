@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from lxml import etree
 
 from components.interfaces.quantity import Type
-from fmus import description_parts as parts
-from fmus.dependencies import Dependencies
-from fmus.interface import TIME_REFERENCE, Clock, FmiVariable, Interface
+from fmus.export import description_parts as parts
+from fmus.export.dependencies import Dependencies
+from fmus.export.fmi_variables import TIME_REFERENCE, Clock, FmiVariable, Interface
 
 _INITIAL = {"parameter": "exact", "input": "exact", "output": "calculated"}
 _SECOND = "s"

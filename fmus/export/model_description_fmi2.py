@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from lxml import etree
 
 from components.interfaces.quantity import Type
-from fmus import description_parts as parts
-from fmus.dependencies import Dependencies
-from fmus.interface import FmiVariable, Interface
+from fmus.export import description_parts as parts
+from fmus.export.dependencies import Dependencies
+from fmus.export.fmi_variables import FmiVariable, Interface
 
 _ELEMENTS = {Type.FLOAT64: "Real", Type.INT32: "Integer", Type.BOOLEAN: "Boolean", Type.ENUMERATION: "Enumeration"}
 _INITIAL: Mapping[str, Mapping[str, str]] = {

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.interface import FmiVariable, Interface
+from fmus.export.fmi_variables import FmiVariable, Interface
 from fmus.lower import Lowered
 
 

@@ -10,15 +10,15 @@ from typing import Any, Final
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
-from fmus.codegen import equations_source, variables_source
-from fmus.dependencies import Dependencies, dependencies
-from fmus.documentation import documentation
-from fmus.interface import Interface, interface_of
+from fmus.export.codegen import equations_source, variables_source
+from fmus.export.dependencies import Dependencies, dependencies
+from fmus.export.documentation import documentation
+from fmus.export.fmi_variables import Interface, interface_of
+from fmus.export.model_description_fmi2 import model_description_fmi2
+from fmus.export.model_description_fmi3 import model_description_fmi3
+from fmus.export.sources import build_description, compiled_files, runtime_sources
+from fmus.export.terminals import terminals_and_icons
 from fmus.lower import lower
-from fmus.model_description_fmi2 import model_description_fmi2
-from fmus.model_description_fmi3 import model_description_fmi3
-from fmus.sources import build_description, compiled_files, runtime_sources
-from fmus.terminals import terminals_and_icons
 from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 

@@ -27,8 +27,8 @@ from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import groups
 from components.interfaces.unit_strings import UNITS
-from fmus.build import build_all
-from fmus.description_parts import quantity_of
+from fmus.export.build import build_all
+from fmus.export.description_parts import quantity_of
 from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver

@@ -12,8 +12,8 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.problem import RequestError
-from fmus import fingerprint, workshop
-from fmus.build import BuildError, build, build_all
+from fmus.export import compilation, fingerprint
+from fmus.export.build import BuildError, build, build_all
 from fmus.toolchain import compiler
 from fmus.toolchain.version import Version
 
@@ -162,7 +162,7 @@ def test_link_error_shows_what_the_linker_says(
     def only_the_shim(_version: Version) -> tuple[str, ...]:
         return ("fmi2.c",)
 
-    monkeypatch.setattr(workshop, "runtime_units", only_the_shim)
+    monkeypatch.setattr(compilation, "runtime_units", only_the_shim)
     with pytest.raises(BuildError, match="undefined reference to `core_"):
         build(STATIONARY, Version.FMI2, stationary(start_of), tmp_path)
 

@@ -12,7 +12,7 @@ from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.unit_strings import base_unit
-from fmus.interface import COMMUNICATION_STEP, FmiVariable, Interface
+from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, Interface
 
 Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
 """An XML element."""
