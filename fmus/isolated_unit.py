@@ -21,8 +21,8 @@ from typing_extensions import override
 
 from components.interfaces.problem import raise_if_any
 from components.interfaces.quantity import Type
-from fmus.archive import Archive
 from fmus.isolated_process import Answer, Request, columns, put_texts, size, texts
+from fmus.reading.archive import Archive
 from fmus.unit import Column, Operation, Unit, UnitError
 
 PATIENCE: Final = 30.0

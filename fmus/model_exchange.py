@@ -17,8 +17,8 @@ from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.quantity import Type
-from fmus.archive import Archive
 from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.reading.archive import Archive
 from fmus.solver import Solver, SolverError
 from fmus.unit import Column, UnitError, carry_out
 

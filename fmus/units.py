@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fmus.archive import Archive
 from fmus.clocked_unit import ClockedUnit
 from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
 
 

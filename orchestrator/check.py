@@ -10,8 +10,8 @@ from typing import Any
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from fmus.archive import Archive
-from fmus.library import binary, platforms
+from fmus.reading.archive import Archive
+from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit import Interface, UnitError
 from orchestrator.mapping.file import MappingFile

@@ -18,9 +18,9 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
-from fmus.archive import Archive
 from fmus.block_unit import BlockUnit, interface_of
-from fmus.opening import open_fmu
+from fmus.reading.archive import Archive
+from fmus.reading.opening import open_fmu
 from fmus.unit import Interface, Unit
 from fmus.units import fmu_unit
 from orchestrator.connection import Connection, is_part, signal

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from typing_extensions import override
 
-from fmus.archive import Archive
 from fmus.fmu_unit import Fmu3Unit
+from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
 from fmus.unit import Unit, UnitError
 from orchestrator.system import Fmu

@@ -12,7 +12,7 @@ from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
 from components.interfaces.problem import Problem, RequestError, did_you_mean
-from fmus.unpack import parse_xml, unpack
+from fmus.reading.unpack import parse_xml, unpack
 from orchestrator.ssp.rules import DESCRIPTION, Node, breaches, kind_of
 
 VALID: Final = "an SSP: a zip archive with SystemStructure.ssd, SSP 1.0 or 2.0"

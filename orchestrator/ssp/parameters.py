@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from components.interfaces.problem import choices, did_you_mean
-from fmus.unpack import parse_xml, read
+from fmus.reading.unpack import parse_xml, read
 from orchestrator.ssp.archive import Document, is_valid, read_document, resolve
 from orchestrator.ssp.connections import Port
 from orchestrator.ssp.rules import MAPPING, NS, VALUES, Node, local

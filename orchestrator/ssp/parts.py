@@ -17,7 +17,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
-from fmus.archive import Archive
+from fmus.reading.archive import Archive
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.scenario import block_named

@@ -22,7 +22,7 @@ from components.interfaces.conversion import IDENTITY, Linear, Transformation
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.ports import whole_name
+from fmus.reading.ports import whole_name
 from fmus.toolchain.archives import write_archive
 from fmus.toolchain.version import Version
 from orchestrator.mapping.file import written

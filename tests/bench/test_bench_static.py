@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from components.interfaces.quantity import DTYPES
-from fmus.opening import open_fmu
+from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.unit import widths
 from fmus.units import fmu_unit

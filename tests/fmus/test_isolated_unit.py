@@ -14,7 +14,7 @@ from fmus.unit import carry_out, widths
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import description3, library, pack
-from tests.fmus.test_ports import VALUES, echo3, held
+from tests.fmus.reading.test_ports import VALUES, echo3, held
 
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']

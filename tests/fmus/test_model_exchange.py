@@ -13,7 +13,7 @@ import pytest
 from fmpy import simulate_fmu
 
 from fmus import model_exchange
-from fmus.opening import open_fmu
+from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System

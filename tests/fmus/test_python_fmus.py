@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmus.opening import open_fmu
+from fmus.reading.opening import open_fmu
 from orchestrator.master import simulate
 from orchestrator.system import Fmu, System
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from fmus.description import FILE
+from fmus.reading.description import FILE
 from fmus.toolchain.version import Version
 from fmus.unit import Interface
 

@@ -12,8 +12,8 @@ import pytest
 from fmpy import simulate_fmu
 
 from components.interfaces.problem import RequestError
-from fmus.archive import VALID
-from fmus.opening import open_fmu
+from fmus.reading.archive import VALID
+from fmus.reading.opening import open_fmu
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 from fmus.units import fmu_unit

@@ -7,8 +7,8 @@ import zipfile
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus import unpack
-from fmus.unpack import parse_xml
+from fmus.reading import unpack
+from fmus.reading.unpack import parse_xml
 
 VALID = "an archive"
 

@@ -8,8 +8,8 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
-from fmus.opening import open_fmu
-from fmus.ports import whole_name
+from fmus.reading.opening import open_fmu
+from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, simulate
 from orchestrator.parquet import read_columns, write_signals

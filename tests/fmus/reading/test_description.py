@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus.description import read_description
+from fmus.reading.description import read_description
 from fmus.toolchain.version import Version
 from tests.fmus.foreign import description2, description3, scalar
 

@@ -12,8 +12,8 @@ from typing import Any
 from fmpy import freeLibrary
 
 from components.interfaces.problem import choices, refuse
-from fmus.archive import Archive
-from fmus.recompile import compile_library, has_sources
+from fmus.reading.archive import Archive
+from fmus.reading.recompile import compile_library, has_sources
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 

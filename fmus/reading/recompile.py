@@ -18,11 +18,11 @@ from typing import Final
 import platformdirs
 
 from components.interfaces.problem import refuse
-from fmus.archive import Archive
+from fmus.reading.archive import Archive
+from fmus.reading.unpack import parse_xml
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
-from fmus.unpack import parse_xml
 
 BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
 _VALID: Final = "sources that a C compiler takes"

@@ -15,14 +15,14 @@ from fmpy.model_description import ModelDescription
 
 from components.interfaces.problem import RequestError, refuse
 from components.interfaces.record import Variable
-from fmus.archive import VALID, Archive
 from fmus.clocks import clocks
-from fmus.description import FILE, Description, read_description
-from fmus.library import binary_remark
-from fmus.ports import Port, aliases, ports, whole_name
+from fmus.reading.archive import VALID, Archive
+from fmus.reading.description import FILE, Description, read_description
+from fmus.reading.library import binary_remark
+from fmus.reading.ports import Port, aliases, ports, whole_name
+from fmus.reading.unpack import read
 from fmus.toolchain.version import Version
 from fmus.unit import Interface
-from fmus.unpack import read
 
 
 def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:

@@ -23,8 +23,8 @@ from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
+from fmus.reading.unpack import parse_xml
 from fmus.toolchain.version import Version
-from fmus.unpack import parse_xml
 
 FILE: Final = "modelDescription.xml"
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."

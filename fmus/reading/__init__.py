@@ -1,0 +1,1 @@
+"""An FMU file becomes a description: unpacked, checked, understood."""
