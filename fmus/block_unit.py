@@ -14,7 +14,7 @@ from typing_extensions import override
 from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
-from fmus.lower import Lowered, lower
+from fmus.lowering import Lowered, lower
 from fmus.unit import Column, Interface, Operation, Unit, UnitError, positions
 
 

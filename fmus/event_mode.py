@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from fmpy.fmi3 import fmi3Float64, fmi3IntervalChanged, fmi3IntervalQualifier, fmi3ValueReference
 
-from fmus.clocks import SET_BY_IMPORTER, Clock
+from fmus.clock import SET_BY_IMPORTER, Clock
 from fmus.unit import FMI_WARNING
 
 ITERATIONS: Final = 1000

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.clocks import Clock
+from fmus.clock import Clock
 
 Column: TypeAlias = NDArray[Any]
 Operation: TypeAlias = Callable[[], object]

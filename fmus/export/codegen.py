@@ -13,7 +13,7 @@ import casadi as ca
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.export.fmi_variables import TIME_REFERENCE, FmiVariable, Interface
-from fmus.lower import Lowered
+from fmus.lowering import Lowered
 
 _ROLES = {
     ("parameter", "fixed"): "FIXED_PARAMETER",

@@ -18,7 +18,7 @@ from fmus.export.model_description_fmi2 import model_description_fmi2
 from fmus.export.model_description_fmi3 import model_description_fmi3
 from fmus.export.sources import build_description, compiled_files, runtime_sources
 from fmus.export.terminals import terminals_and_icons
-from fmus.lower import lower
+from fmus.lowering import lower
 from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.export.fmi_variables import FmiVariable, Interface
-from fmus.lower import Lowered
+from fmus.lowering import Lowered
 
 
 @dataclass(frozen=True)

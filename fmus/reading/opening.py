@@ -15,7 +15,7 @@ from fmpy.model_description import ModelDescription
 
 from components.interfaces.problem import RequestError, refuse
 from components.interfaces.record import Variable
-from fmus.clocks import clocks
+from fmus.clock import clocks
 from fmus.reading.archive import VALID, Archive
 from fmus.reading.description import FILE, Description, read_description
 from fmus.reading.library import binary_remark

@@ -15,7 +15,7 @@ from components import BLOCKS
 from components.interfaces.conversion import Linear
 from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
-from fmus.lower import lower
+from fmus.lowering import lower
 from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare

@@ -16,7 +16,7 @@ from components.controller.ocp import Horizon
 from components.interfaces.buses import SLOTS, Actuation, ObstacleList, VehicleState
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs, PlantInputs
-from fmus.lower import lower
+from fmus.lowering import lower
 from orchestrator.scenario import default_values
 
 SIDEWAYS = {"y", "psi", "v_y", "r"}

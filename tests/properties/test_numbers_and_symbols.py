@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from components import BLOCKS
 from components.interfaces.record import pack, unpack
-from fmus.lower import lower
+from fmus.lowering import lower
 
 
 def flat(column) -> np.ndarray:

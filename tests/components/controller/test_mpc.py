@@ -17,7 +17,7 @@ from components.controller.planner import no_manoeuvre
 from components.interfaces.buses import SolverStatus
 from components.interfaces.record import pack, unpack, variables
 from components.interfaces.sockets import ControllerInputs, PlantInputs
-from fmus.lower import lower
+from fmus.lowering import lower
 
 STATIC = ({"x": 49.5, "y": 0.0}, {"x": 92.5, "y": 3.5}, {"x": 110.5, "y": 3.5})
 DIMS = Mpc.dimensions()

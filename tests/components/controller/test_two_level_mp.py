@@ -15,7 +15,7 @@ from components.controller.two_level_mp import TwoLevelMp, TwoLevelOutputs, TwoL
 from components.interfaces.buses import SolverStatus
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs
-from fmus.lower import lower
+from fmus.lowering import lower
 
 STATIC = ({"x": 49.5, "y": 0.0}, {"x": 92.5, "y": 3.5}, {"x": 110.5, "y": 3.5})
 DIMS = TwoLevelMp.dimensions()

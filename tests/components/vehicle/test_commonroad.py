@@ -12,7 +12,7 @@ from components.interfaces.record import pack
 from components.interfaces.sockets import PlantInputs
 from components.vehicle import commonroad
 from components.vehicle.commonroad import installed
-from fmus.lower import lower
+from fmus.lowering import lower
 from tests.components.vehicle.paper_car import driven
 
 NAMES = ["commonroad_st", "commonroad_mb"]

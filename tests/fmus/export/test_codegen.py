@@ -12,7 +12,7 @@ from components import BLOCKS
 from fmus.export import codegen
 from fmus.export.codegen import equations_source, variables_source
 from fmus.export.fmi_variables import interface_of
-from fmus.lower import lower
+from fmus.lowering import lower
 
 RAMP = BLOCKS["ramp_traffic"]
 

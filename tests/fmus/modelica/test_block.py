@@ -11,7 +11,7 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
 from components.interfaces.record import pack
-from fmus.lower import lower
+from fmus.lowering import lower
 from fmus.modelica.block import modelica_block
 from fmus.modelica.flat import library
 from orchestrator.scenario import default_values
