@@ -13,7 +13,7 @@ from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
-from fmus.unit import Interface, UnitError
+from fmus.units.unit import Interface, UnitError
 from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.reader import read_mapping
@@ -114,7 +114,7 @@ def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
 
 def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
     """What keeps the FMU from being instantiated: tried in a process of its own, as its library may bring that down."""
-    from fmus.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only an FMU needs it
+    from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only an FMU needs it
 
     where = str(archive.path)
     try:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from components.interfaces.quantity import Type
-from fmus.unit import Column, Unit, UnitError
+from fmus.units.unit import Column, Unit, UnitError
 from orchestrator.loops import Loop
 from orchestrator.schedule import Schedule
 from orchestrator.system import System

@@ -39,7 +39,7 @@ def isolated(units: Mapping[str, Source], requests: Sequence[str]) -> dict[str, 
 
 
 def _patience() -> float:
-    from fmus.isolated_unit import PATIENCE  # noqa: PLC0415 - only who asks for it needs it
+    from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - only who asks for it needs it
 
     return PATIENCE
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.unit import FMI_WARNING, Unit, UnitError
+from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.schedule import Schedule
 from orchestrator.system import System
 from orchestrator.table import Table

@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import lcm
 from typing import TypeAlias
 
-from fmus.unit import Unit
+from fmus.units.unit import Unit
 from orchestrator.loops import Loop
 from orchestrator.schedule import Act, Acts, Schedule
 from orchestrator.system import Connection, System

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import choices, did_you_mean, refuse
-from fmus.unit import FMI_WARNING, Unit, UnitError
+from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
 from orchestrator.lowering import Call, Lowered

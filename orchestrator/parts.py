@@ -15,7 +15,7 @@ from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from fmus.unit import Interface
+from fmus.units.unit import Interface
 from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.reader import read_mapping

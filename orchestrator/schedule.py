@@ -29,7 +29,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, refuse
-from fmus.unit import Interface, Unit
+from fmus.units.unit import Interface, Unit
 from orchestrator.system import Connection, Source, System
 
 STEP: Final = 0.1

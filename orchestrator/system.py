@@ -18,11 +18,11 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
-from fmus.block_unit import BlockUnit, interface_of
 from fmus.reading.archive import Archive
 from fmus.reading.opening import open_fmu
-from fmus.unit import Interface, Unit
-from fmus.units import fmu_unit
+from fmus.units.block_unit import BlockUnit, interface_of
+from fmus.units.make import fmu_unit
+from fmus.units.unit import Interface, Unit
 from orchestrator.connection import Connection, is_part, signal
 
 
@@ -95,7 +95,7 @@ class Fmu:
         """The running unit."""
         if self.isolated is None:
             return fmu_unit(name, self.archive)
-        from fmus.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only who asks for it needs it
+        from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only who asks for it needs it
 
         return IsolatedUnit(name, self.archive, self.parameters, lenient=self.lenient, patience=self.isolated)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.socket import Socket
-from fmus.mapped_unit import MappedUnit
-from fmus.unit import Interface, Unit
+from fmus.units.mapped_unit import MappedUnit
+from fmus.units.unit import Interface, Unit
 from orchestrator.mapping.file import MappingFile, written
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.system import Fmu, Source

@@ -8,7 +8,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from components.interfaces.conventions import (
+from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
+from components.interfaces.problem import Problem, choices, did_you_mean
+from components.interfaces.quantity import Quantity, Type
+from components.interfaces.record import Variable
+from components.interfaces.socket import ANY_LENGTH, describe
+from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
+from fmus.units.adaptation import Link, Place, RateInput
+from fmus.units.conventions import (
     LEFTWARD,
     BoxEnd,
     Convention,
@@ -16,13 +23,6 @@ from components.interfaces.conventions import (
     RoadFrameVelocity,
     SpeedAndSlip,
 )
-from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
-from components.interfaces.problem import Problem, choices, did_you_mean
-from components.interfaces.quantity import Quantity, Type
-from components.interfaces.record import Variable
-from components.interfaces.socket import ANY_LENGTH, describe
-from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
-from fmus.adaptation import Link, Place, RateInput
 from orchestrator.mapping.file import Amount, Entry, MappingFile
 
 ROLE_UNITS: Final[Mapping[str, str]] = {

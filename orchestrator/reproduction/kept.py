@@ -14,10 +14,10 @@ from pathlib import Path
 
 from typing_extensions import override
 
-from fmus.fmu_unit import Fmu3Unit
 from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
-from fmus.unit import Unit, UnitError
+from fmus.units.fmu_unit import Fmu3Unit
+from fmus.units.unit import Unit, UnitError
 from orchestrator.system import Fmu
 
 _idle: dict[tuple[Path, str], list[KeptUnit]] = {}

@@ -17,7 +17,7 @@ import pandas as pd
 from components import BLOCKS
 from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.record import Variable
-from fmus.unit import Column, Unit, positions, widths
+from fmus.units.unit import Column, Unit, positions, widths
 from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Timing
 from orchestrator.reproduction.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options

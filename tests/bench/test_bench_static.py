@@ -13,8 +13,8 @@ import pytest
 from components.interfaces.quantity import DTYPES
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
-from fmus.unit import widths
-from fmus.units import fmu_unit
+from fmus.units.make import fmu_unit
+from fmus.units.unit import widths
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
 

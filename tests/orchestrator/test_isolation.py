@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus.isolated_unit import PATIENCE
 from fmus.toolchain.version import Version
+from fmus.units.isolated_unit import PATIENCE
 from orchestrator.isolation import isolated
 from orchestrator.run import load
 from orchestrator.scenario import Options, prepare

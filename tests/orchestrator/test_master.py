@@ -13,7 +13,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
-from fmus.unit import UnitError
+from fmus.units.unit import UnitError
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.parts import WIRING
 from orchestrator.scenario import Options, prepare
@@ -163,7 +163,7 @@ def test_a_unit_that_fails_to_start_is_a_fault_at_time_zero(static, monkeypatch)
     def refuse(self, parameters):
         raise UnitError("plant", "the initialization failed", ["m is negative"])
 
-    monkeypatch.setattr("fmus.block_unit.BlockUnit.enter_initialization", refuse)
+    monkeypatch.setattr("fmus.units.block_unit.BlockUnit.enter_initialization", refuse)
     with pytest.raises(SimulationError) as error, Simulation(static.system, h=0.1, until=1.0):
         pass
     assert str(error.value) == "tick 0 (t = 0 s), unit `plant`: the initialization failed: m is negative"

@@ -16,7 +16,7 @@ from fmus.reading.archive import VALID
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
-from fmus.units import fmu_unit
+from fmus.units.make import fmu_unit
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar

@@ -10,7 +10,7 @@ import pytest
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.unit import Interface
+from fmus.units.unit import Interface
 from orchestrator.system import System
 from orchestrator.viewing import palette, screen, shapes
 from orchestrator.viewing.rerun_stream import blueprint, write

@@ -17,10 +17,10 @@ from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.quantity import Type
-from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.reading.archive import Archive
-from fmus.solver import Solver, SolverError
-from fmus.unit import Column, UnitError, carry_out
+from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.units.solver import Solver, SolverError
+from fmus.units.unit import Column, UnitError, carry_out
 
 TOLERANCE: Final = 1e-8
 """Relative tolerance where the FMU names none; what it names counts if it is no larger than `LOOSEST`."""

@@ -21,9 +21,9 @@ from typing_extensions import override
 
 from components.interfaces.problem import raise_if_any
 from components.interfaces.quantity import Type
-from fmus.isolated_process import Answer, Request, columns, put_texts, size, texts
 from fmus.reading.archive import Archive
-from fmus.unit import Column, Operation, Unit, UnitError
+from fmus.units.isolated_process import Answer, Request, columns, put_texts, size, texts
+from fmus.units.unit import Column, Operation, Unit, UnitError
 
 PATIENCE: Final = 30.0
 """[s] that a call may take unless something else is said"""
@@ -53,7 +53,7 @@ class IsolatedUnit(Unit):
             handed = (theirs.fileno(), file.fileno())
             # a session of its own: Ctrl-C is for the run; what the FMU prints is not what the run prints
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter
-                [sys.executable, "-c", f"from fmus.isolated_process import serve; serve{handed}"],
+                [sys.executable, "-c", f"from fmus.units.isolated_process import serve; serve{handed}"],
                 pass_fds=handed,
                 stdin=subprocess.DEVNULL,
                 stdout=sys.__stderr__,

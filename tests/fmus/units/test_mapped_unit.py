@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 from components.interfaces.block import Block, NoState, block
 from components.interfaces.buses import ObstacleList, VehicleState
-from components.interfaces.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity
 from components.interfaces.conversion import Linear
 from components.interfaces.maths import Array
 from components.interfaces.quantity import Type, quantity, zeros
 from components.interfaces.record import record, variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import ControllerInputs
-from fmus.adaptation import Adaptation, Link, RateInput
-from fmus.block_unit import BlockUnit
-from fmus.mapped_unit import MappedUnit
-from fmus.unit import Interface, widths
+from fmus.units.adaptation import Adaptation, Link, RateInput
+from fmus.units.block_unit import BlockUnit
+from fmus.units.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity
+from fmus.units.mapped_unit import MappedUnit
+from fmus.units.unit import Interface, widths
 
 OURS = variables(ControllerInputs)
 

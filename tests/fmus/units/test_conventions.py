@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from components.interfaces.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity, SpeedAndSlip
 from components.interfaces.frames import to_road
+from fmus.units.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity, SpeedAndSlip
 
 NAMES = ("x", "y", "psi", "v_x", "v_y", "r", "length")
 numbers = st.floats(-100, 100)

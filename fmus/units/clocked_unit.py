@@ -12,9 +12,9 @@ from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.event_mode import EventError, EventMode
-from fmus.fmu_unit import Fmu3Unit
-from fmus.unit import Column, Operation, UnitError, views
+from fmus.units.event_mode import EventError, EventMode
+from fmus.units.fmu_unit import Fmu3Unit
+from fmus.units.unit import Column, Operation, UnitError, views
 
 
 class ClockedUnit(Fmu3Unit):

@@ -10,7 +10,7 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type, zeros
 from fmus.toolchain.version import Version
-from fmus.unit import carry_out, widths
+from fmus.units.unit import carry_out, widths
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.system import Fmu, System
 from tests.fmus.foreign import description3, library, pack

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from fmus.clocked_unit import ClockedUnit
-from fmus.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
+from fmus.units.clocked_unit import ClockedUnit
+from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 
 
 def fmu_unit(name: str, archive: Archive) -> FmuUnit:
     """The FMU in `archive` as a unit. Raises `RequestError` when its library cannot be used."""
     if archive.is_model_exchange:
-        from fmus.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads the solver's libraries
+        from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads the solver's libraries
 
         return (Model2Unit if archive.version == Version.FMI2 else Model3Unit)(name, archive)
     if archive.version == Version.FMI2:

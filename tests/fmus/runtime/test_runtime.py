@@ -10,7 +10,7 @@ import pytest
 
 from fmus.toolchain.compiler import FLAGS, required_compiler
 
-RUNTIME = Path(__file__).parents[2] / "fmus" / "runtime"
+RUNTIME = Path(__file__).parents[3] / "fmus" / "runtime"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Wno-sign-conversion", "-Werror")
 

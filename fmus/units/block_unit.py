@@ -15,7 +15,7 @@ from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
 from fmus.lowering import Lowered, lower
-from fmus.unit import Column, Interface, Operation, Unit, UnitError, positions
+from fmus.units.unit import Column, Interface, Operation, Unit, UnitError, positions
 
 
 @lru_cache

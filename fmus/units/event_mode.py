@@ -16,7 +16,7 @@ from typing import Any, Final
 from fmpy.fmi3 import fmi3Float64, fmi3IntervalChanged, fmi3IntervalQualifier, fmi3ValueReference
 
 from fmus.clock import SET_BY_IMPORTER, Clock
-from fmus.unit import FMI_WARNING
+from fmus.units.unit import FMI_WARNING
 
 ITERATIONS: Final = 1000
 """Event iterations at one instant; more are taken for an endless loop"""

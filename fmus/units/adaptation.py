@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from components.interfaces.conventions import Convention
 from components.interfaces.conversion import IDENTITY, Linear
+from fmus.units.conventions import Convention
 
 Place: TypeAlias = tuple[str, int]
 """An element of a variable: its name, and which of its elements, counted from 0"""

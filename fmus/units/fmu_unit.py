@@ -24,12 +24,12 @@ from typing_extensions import override
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.record import Variable
-from fmus.fmi2_logger import formatting_logger, register, release
 from fmus.reading.archive import VALID, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
 from fmus.toolchain.version import Version
-from fmus.unit import Column, Operation, Unit, UnitError, by_type
+from fmus.units.fmi2_logger import formatting_logger, register, release
+from fmus.units.unit import Column, Operation, Unit, UnitError, by_type
 
 _ADDRESS = ctypes.c_size_t
 
