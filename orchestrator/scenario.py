@@ -17,7 +17,7 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
 from fmus.export.build import build_all
-from fmus.modelica.build import build_modelica, is_modelica
+from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
 from orchestrator.isolation import isolated
 from orchestrator.log import EVERYTHING, Choice

@@ -7,7 +7,7 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from components.interfaces.problem import RequestError
-from fmus.modelica.build import build_modelica, is_modelica
+from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.modelica.flat import library
 from fmus.toolchain.version import Version
 
