@@ -19,7 +19,7 @@ from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
 from orchestrator.schedule import schedule
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 
 
 @dataclass(frozen=True)

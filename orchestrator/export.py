@@ -14,7 +14,7 @@ from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
 from orchestrator.scenario import Mode, Options
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from orchestrator.path_geometry import path_lines
-from orchestrator.scene import Scene
-from orchestrator.system import System
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import System
 from orchestrator.viewing import layout, pictures
 from orchestrator.viewing.layout import Plot
 from orchestrator.viewing.signals import Cast, Columns, cast, signals

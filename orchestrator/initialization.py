@@ -11,7 +11,7 @@ from components.interfaces.quantity import Type
 from fmus.units.unit import Column, Unit, UnitError
 from orchestrator.loops import Loop
 from orchestrator.schedule import Schedule
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.table import Table
 
 PASSES: Final = 100

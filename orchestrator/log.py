@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.table import Table
 
 LARGEST_LOG: Final = 4 * 2**30

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.schedule import Schedule
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.table import Table
 
 TOLERANCE: Final = 1e-9

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from fmus.units.unit import Unit
 from orchestrator.loops import Loop
 from orchestrator.schedule import Act, Acts, Schedule
-from orchestrator.system import Connection, System
+from orchestrator.system.system import Connection, System
 from orchestrator.table import Table
 
 Call: TypeAlias = tuple[Callable[..., object], bool, str]

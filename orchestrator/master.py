@@ -22,7 +22,7 @@ from orchestrator.initialization import initialise
 from orchestrator.log import EVERYTHING, Choice, Log
 from orchestrator.lowering import Call, Lowered
 from orchestrator.schedule import Algorithm, Schedule, algorithm_named, macro_step, schedule
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.table import Table
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it

@@ -19,7 +19,7 @@ from components.interfaces.quantity import Type
 from orchestrator.metrics import Frame
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
-from orchestrator.system import System
+from orchestrator.system.system import System
 
 
 def write_signals(frame: Frame, scenario: Scenario, path: Path) -> None:

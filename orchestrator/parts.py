@@ -20,7 +20,7 @@ from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.parameters import Given, Part, Setting, parameter_set, values_of
-from orchestrator.system import Fmu, Source
+from orchestrator.system.system import Fmu, Source
 
 WIRING: Final = {
     "plant.actuation": "controller.actuation",

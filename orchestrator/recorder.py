@@ -24,7 +24,7 @@ from orchestrator.master import Simulation, SimulationError
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from orchestrator.viewing import pages
 
 SUMMARY: Final = "summary.json"

@@ -33,10 +33,10 @@ from orchestrator.parameters import (
     values_of,
 )
 from orchestrator.parts import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
-from orchestrator.scene import Scene
 from orchestrator.schedule import Algorithm, algorithm_named, macro_step
 from orchestrator.settings import parse_record, parse_settings
-from orchestrator.system import Fmu, InProcess, Source, System
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import Fmu, InProcess, Source, System
 
 Mode = Literal["blocks"] | Version
 """How blocks run: in this process, or as FMUs of a version."""

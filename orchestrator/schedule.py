@@ -30,7 +30,7 @@ import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, refuse
 from fmus.units.unit import Interface, Unit
-from orchestrator.system import Connection, Source, System
+from orchestrator.system.system import Connection, Source, System
 
 STEP: Final = 0.1
 """[s] Macro step where neither a file nor a person says one; SSP itself has no place for it"""

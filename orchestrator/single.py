@@ -16,7 +16,7 @@ from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Options, Scenario
 from orchestrator.schedule import STEP, macro_step
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 
 
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:

@@ -11,7 +11,7 @@ import numpy as np
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.quantity import Type, zeros
 from fmus.units.unit import Column, Operation, positions, widths
-from orchestrator.system import Connection, System
+from orchestrator.system.system import Connection, System
 
 
 class Table:

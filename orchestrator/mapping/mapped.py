@@ -12,7 +12,7 @@ from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Interface, Unit
 from orchestrator.mapping.file import MappingFile, written
 from orchestrator.mapping.fitting import Fitting, fit
-from orchestrator.system import Fmu, Source
+from orchestrator.system.system import Fmu, Source
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,8 @@ from orchestrator.reproduction import matched
 from orchestrator.reproduction.evidence import Evidence, Result
 from orchestrator.reproduction.experiments import Kind, Picture
 from orchestrator.reproduction.runs import Outcome
-from orchestrator.scene import Scene
 from orchestrator.ssp import reader as ssp_reader
+from orchestrator.system.scene import Scene
 from orchestrator.viewing import pictures
 from orchestrator.viewing.signals import Cast, Columns, cast, signals
 

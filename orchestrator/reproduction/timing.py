@@ -22,7 +22,7 @@ from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Timing
 from orchestrator.reproduction.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options
 from orchestrator.scenario import Mode, Options, prepare
-from orchestrator.system import Source
+from orchestrator.system.system import Source
 
 PASSES: Final = 3
 """How often all states are sampled, after the pass that is not counted."""

@@ -25,8 +25,8 @@ from orchestrator.reproduction.evidence import Result, more_metrics
 from orchestrator.reproduction.kept import keep
 from orchestrator.reproduction.variations import Case, Driver, Request, Variations
 from orchestrator.scenario import Options, Scenario, parse_settings, prepare, read
-from orchestrator.scene import Scene
-from orchestrator.system import Fmu, Source, System
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import Fmu, Source, System
 
 _ROLES: Final = {name: name for name in SOCKETS}
 

@@ -26,7 +26,7 @@ from orchestrator.ssp.connections import Connector, Index
 from orchestrator.ssp.structure import Component, Group
 from orchestrator.ssp.types import Declared, items_of
 from orchestrator.ssp.writer import BLOCK_SOURCE, element_names
-from orchestrator.system import Fmu, InProcess, Source
+from orchestrator.system.system import Fmu, InProcess, Source
 
 _KINDS: Final = {
     "inputs": ("input",),

@@ -30,7 +30,7 @@ from orchestrator.mapping.mapped import Mapped, fmu_of
 from orchestrator.scenario import Scenario
 from orchestrator.ssp.rules import BLOCK_TYPE, FMU_TYPE, MAPPING_TYPE, SSC, SSD, SSV, Node
 from orchestrator.ssp.xml import add, add_enumerations, add_units, has_unit, literal, qualified
-from orchestrator.system import Connection, Fmu, InProcess, Source, System
+from orchestrator.system.system import Connection, Fmu, InProcess, Source, System
 
 OURS: Final = "urn:macrostep"
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"

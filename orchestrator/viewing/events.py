@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.buses import SolverStatus
 from orchestrator import geometry
-from orchestrator.scene import Scene
+from orchestrator.system.scene import Scene
 from orchestrator.viewing.layout import Limit
 from orchestrator.viewing.pictures import Boxes
 from orchestrator.viewing.shapes import Array, Memory

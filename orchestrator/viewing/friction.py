@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.viewing import palette
 from orchestrator.viewing.layout import parameter_values
 from orchestrator.viewing.shapes import Array, Colour, Lines, LineStyle, Points, PointStyle, Shape, Still, Style, entity

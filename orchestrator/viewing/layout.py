@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.viewing.signals import Signal, cast
 
 QUESTIONS: Final = (

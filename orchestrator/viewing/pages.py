@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from orchestrator.scenario import Scenario
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.viewing.layout import parameter_values
 
 

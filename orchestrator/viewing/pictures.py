@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchestrator.path_geometry import path_error
-from orchestrator.scene import Scene
+from orchestrator.system.scene import Scene
 from orchestrator.viewing.shapes import Array
 from orchestrator.viewing.signals import OBSTACLES, PATH, Cast, Columns, Recorded, bus_paths
 

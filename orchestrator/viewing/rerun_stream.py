@@ -23,8 +23,8 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
-from orchestrator.scene import Scene
-from orchestrator.system import System
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import System
 from orchestrator.viewing import pages, palette
 from orchestrator.viewing import screen as screens
 from orchestrator.viewing import shapes as s

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.scene import Scene
-from orchestrator.system import System
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import System
 from orchestrator.viewing import events, friction, layout, palette, pictures, world
 from orchestrator.viewing.shapes import (
     Memory,

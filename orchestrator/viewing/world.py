@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from orchestrator.path_geometry import path_lines
-from orchestrator.scene import Scene
+from orchestrator.system.scene import Scene
 from orchestrator.viewing import palette, pictures
 from orchestrator.viewing.pictures import Boxes
 from orchestrator.viewing.shapes import (

@@ -14,7 +14,7 @@ from components.interfaces.socket import Socket
 from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 
 STEPS = 2000
 

@@ -20,7 +20,7 @@ from fmus.toolchain.version import Version
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Ecos and libcosim are installed on Linux only")
 RUNNER = Path(__file__).parent / "peers.py"

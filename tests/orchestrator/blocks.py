@@ -8,7 +8,7 @@ from components.interfaces.block import Block, NoState, Sampled, block
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
-from orchestrator.system import System, block_source
+from orchestrator.system.system import System, block_source
 
 
 @record

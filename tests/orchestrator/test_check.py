@@ -14,7 +14,7 @@ from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import write_template
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import copied, description2, entries, library, pack, scalar
 from tests.orchestrator import foreign, ssps
 

@@ -18,7 +18,7 @@ from orchestrator import container
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.schedule import Algorithm
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 
 SEQUENTIAL, JACOBI = Algorithm.SEQUENTIAL, Algorithm.JACOBI
 FOLLOWING = ("plant.tyre.", "plant.motion.")

@@ -17,7 +17,7 @@ from fmus.toolchain.version import Version
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import copied, entries
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"

@@ -9,7 +9,7 @@ from PIL import Image
 from orchestrator.figures import draw
 from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import System
+from orchestrator.system.system import System
 
 
 @pytest.fixture(scope="module")

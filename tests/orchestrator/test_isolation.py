@@ -10,7 +10,7 @@ from fmus.units.isolated_unit import PATIENCE
 from orchestrator.isolation import isolated
 from orchestrator.run import load
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 from tests.fmus.foreign import description2, pack, scalar
 from tests.orchestrator import ssps
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
 from orchestrator.master import SimulationError, simulate
-from orchestrator.system import InProcess, System, block_source
+from orchestrator.system.system import InProcess, System, block_source
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
 
 gains = st.floats(-5, 5)

@@ -17,7 +17,7 @@ from fmus.units.unit import UnitError
 from orchestrator.master import Simulation, SimulationError, simulate
 from orchestrator.parts import WIRING
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import InProcess, System, block_source
+from orchestrator.system.system import InProcess, System, block_source
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.record import variables
 from orchestrator.parameters import PARAMETERS, Given, ScenarioFile, checked, parameter_set, read_toml, values_of
 from orchestrator.scenario import default_values
-from orchestrator.scene import Scene
+from orchestrator.system.scene import Scene
 
 
 @pytest.mark.parametrize("path", sorted(PARAMETERS.glob("*.toml")), ids=lambda p: p.stem)

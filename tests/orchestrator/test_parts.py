@@ -11,7 +11,7 @@ from orchestrator.mapping.mapped import Mapped
 from orchestrator.parameters import Given
 from orchestrator.parts import in_units_of
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 from tests.orchestrator import foreign
 
 

@@ -10,7 +10,7 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from orchestrator import scenario as scenarios
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 
 BLOCKS_ONLY = Options(mode="blocks")
 

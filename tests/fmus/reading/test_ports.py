@@ -14,7 +14,7 @@ from fmus.toolchain.version import Version
 from orchestrator.master import Simulation, simulate
 from orchestrator.parquet import read_columns, write_signals
 from orchestrator.scenario import Scenario
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import description2, description3, library, pack, scalar
 
 VALUES = {

@@ -16,7 +16,7 @@ from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.units.make import model_exchange
 from orchestrator.master import Simulation, SimulationError, simulate
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import description2, description3, library, pack, scalar
 
 G, E = 9.81, 0.7

@@ -10,7 +10,7 @@ import pytest
 
 from fmus.reading.opening import open_fmu
 from orchestrator.master import simulate
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 
 TWO = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String

@@ -18,7 +18,7 @@ from orchestrator.master import Simulation, simulate
 from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu
+from orchestrator.system.system import Fmu
 from tests.orchestrator import foreign
 
 STATE = ("x", "y", "psi", "v_x", "v_y", "r")

@@ -14,7 +14,7 @@ from orchestrator.ssp import writer as ssp
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.conversion import joined
 from orchestrator.ssp.types import Declared, Step
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.orchestrator.ssps import (
     binding,
     bindings,

@@ -16,7 +16,7 @@ from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.system import Fmu, System
+from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import C, description3, entries, library, pack
 from tests.orchestrator.ssps import (
     SPACES,

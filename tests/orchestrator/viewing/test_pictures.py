@@ -8,7 +8,7 @@ import pytest
 
 from components import BLOCKS
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import System, block_source
+from orchestrator.system.system import System, block_source
 from orchestrator.viewing import layout, pictures
 from orchestrator.viewing.pictures import Boxes
 from orchestrator.viewing.signals import Columns, Recorded, cast, signals

@@ -11,7 +11,7 @@ from rerun.chunk import RrdReader
 
 from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.viewing.pictures import error_colours, rgba
 from orchestrator.viewing.rerun_stream import RerunStream
 from orchestrator.viewing.signals import signals

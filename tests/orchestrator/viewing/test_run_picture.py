@@ -11,7 +11,7 @@ import pytest
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.units.unit import Interface
-from orchestrator.system import System
+from orchestrator.system.system import System
 from orchestrator.viewing import palette, screen, shapes
 from orchestrator.viewing.rerun_stream import blueprint, write
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture

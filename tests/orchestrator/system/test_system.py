@@ -15,7 +15,7 @@ from components.interfaces.record import record
 from components.interfaces.sockets import PLANT, SOCKETS
 from orchestrator.parts import WIRING
 from orchestrator.scenario import Options, prepare
-from orchestrator.system import Fmu, InProcess, System, block_source
+from orchestrator.system.system import Fmu, InProcess, System, block_source
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from fmus.reading.opening import open_fmu
 from fmus.units.block_unit import BlockUnit, interface_of
 from fmus.units.make import fmu_unit
 from fmus.units.unit import Interface, Unit
-from orchestrator.connection import Connection, is_part, signal
+from orchestrator.system.connection import Connection, is_part, signal
 
 
 class Source(Protocol):

@@ -14,7 +14,7 @@ from components.interfaces.quantity import boolean, integer, quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from orchestrator.master import Simulation
-from orchestrator.system import InProcess, System
+from orchestrator.system.system import InProcess, System
 
 
 @record

@@ -1,0 +1,1 @@
+"""Systems: units, sources, connections, scene and experiment, checked completely before anything runs."""
