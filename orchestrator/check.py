@@ -18,7 +18,7 @@ from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
-from orchestrator.schedule import schedule
+from orchestrator.stepping.schedule import schedule
 from orchestrator.system.system import Fmu
 
 

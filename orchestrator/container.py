@@ -38,9 +38,9 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
 from orchestrator.scenario import Scenario
-from orchestrator.schedule import Algorithm, follows_inputs, schedule
 from orchestrator.ssp.writer import element_names, ends, is_old, not_a_file
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
+from orchestrator.stepping.schedule import Algorithm, follows_inputs, schedule
 from orchestrator.system.connection import Connection
 from orchestrator.system.system import Fmu, System
 

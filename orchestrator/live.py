@@ -30,7 +30,7 @@ from orchestrator.viewing.rerun_program import (
 )
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
-    from orchestrator.master import Simulation
+    from orchestrator.stepping.master import Simulation
 
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0

@@ -20,10 +20,10 @@ from components.interfaces.problem import refuse
 from fmus.toolchain.version import Version
 from orchestrator import metrics
 from orchestrator.mapping.mapped import Mapped
-from orchestrator.master import Simulation, SimulationError
 from orchestrator.provenance import versions
 from orchestrator.scenario import Scenario
 from orchestrator.ssp import writer as ssp
+from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.system import Fmu, System
 from orchestrator.viewing import pages
 

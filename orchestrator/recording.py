@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from orchestrator.log import Batch
 from orchestrator.recording_messages import Request
 from orchestrator.scenario import Scenario
 from orchestrator.ssp import reader as ssp_reader
+from orchestrator.stepping.rows import Batch
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
-    from orchestrator.master import Simulation
+    from orchestrator.stepping.master import Simulation
     from orchestrator.viewing.rerun_stream import RerunStream
 
 LARGE: Final = 600

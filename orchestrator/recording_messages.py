@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
-    from orchestrator.log import Batch, Element
-    from orchestrator.master import Simulation
+    from orchestrator.stepping.master import Simulation
+    from orchestrator.stepping.rows import Batch, Element
 
 
 @dataclass(frozen=True)

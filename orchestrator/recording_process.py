@@ -18,8 +18,8 @@ from typing import IO, TYPE_CHECKING, Final, Self
 from orchestrator.recording_messages import Request, Rows, send
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
-    from orchestrator.log import Log
-    from orchestrator.master import Simulation
+    from orchestrator.stepping.master import Simulation
+    from orchestrator.stepping.rows import Log
 
 TO_FILE: Final = 0.5
 """[s] wall time between two batches for a file: what a run may lose that is killed together with this process"""

@@ -17,16 +17,16 @@ from typing import Any
 from components.interfaces.problem import refuse
 from orchestrator import recorder
 from orchestrator.live import Live
-from orchestrator.log import EVERYTHING, paces, without_gaps
-from orchestrator.master import Simulation, SimulationError
-from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
 from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Recorder, Request
 from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
-from orchestrator.schedule import Algorithm, algorithm_named
 from orchestrator.single import single_fmu
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.pacing import Pacer
+from orchestrator.stepping.rows import EVERYTHING, paces, without_gaps
+from orchestrator.stepping.schedule import Algorithm, algorithm_named
 
 RECORDING = "recording.rrd"
 

@@ -20,7 +20,6 @@ from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
 from orchestrator.isolation import isolated
-from orchestrator.log import EVERYTHING, Choice
 from orchestrator.parameters import (
     SCENARIOS,
     Given,
@@ -33,8 +32,9 @@ from orchestrator.parameters import (
     values_of,
 )
 from orchestrator.parts import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
-from orchestrator.schedule import Algorithm, algorithm_named, macro_step
 from orchestrator.settings import parse_record, parse_settings
+from orchestrator.stepping.rows import EVERYTHING, Choice
+from orchestrator.stepping.schedule import Algorithm, algorithm_named, macro_step
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import Fmu, InProcess, Source, System
 

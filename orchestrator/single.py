@@ -15,7 +15,7 @@ from orchestrator.isolation import isolated
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Options, Scenario
-from orchestrator.schedule import STEP, macro_step
+from orchestrator.stepping.schedule import STEP, macro_step
 from orchestrator.system.system import Fmu, System
 
 

@@ -14,11 +14,11 @@ import typer
 
 from orchestrator import cli
 from orchestrator.mapping.reader import read_mapping
-from orchestrator.master import simulate
 from orchestrator.metrics import compute
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from components.interfaces.problem import refuse
-from orchestrator.log import EVERYTHING
 from orchestrator.parameters import checked
-from orchestrator.schedule import STEP, Algorithm
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.writer import OURS
+from orchestrator.stepping.rows import EVERYTHING
+from orchestrator.stepping.schedule import STEP, Algorithm
 
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

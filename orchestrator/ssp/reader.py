@@ -26,7 +26,6 @@ from orchestrator.isolation import isolated
 from orchestrator.parameters import Given, Setting, values_of
 from orchestrator.parts import sources_of
 from orchestrator.scenario import Scenario
-from orchestrator.schedule import STEP, Algorithm, algorithm_named, macro_step, open_dependencies_close_a_loop
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
@@ -36,6 +35,7 @@ from orchestrator.ssp.rules import NS
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring
+from orchestrator.stepping.schedule import STEP, Algorithm, algorithm_named, macro_step, open_dependencies_close_a_loop
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import Source, System
 

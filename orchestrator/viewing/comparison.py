@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from orchestrator.log import paces
+from orchestrator.stepping.rows import paces
 from orchestrator.viewing import pages, palette, rerun_stream, screen
 from orchestrator.viewing.kept_run import KeptRun
 from orchestrator.viewing.run_picture import RunPicture

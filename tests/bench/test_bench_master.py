@@ -13,7 +13,7 @@ from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from fmus.export.build import build
 from fmus.toolchain.version import Version
-from orchestrator.master import Simulation
+from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import Fmu, System
 
 STEPS = 2000

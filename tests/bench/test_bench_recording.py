@@ -12,13 +12,13 @@ import pytest
 
 from orchestrator import recorder
 from orchestrator.live import Live, Wish
-from orchestrator.master import Simulation
-from orchestrator.pacing import Pacer
 from orchestrator.parquet import write_signals
 from orchestrator.recording import Recording
 from orchestrator.recording_messages import Request
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.pacing import Pacer
 
 TICKS = 601
 """of 0.1 s: a simulated minute"""

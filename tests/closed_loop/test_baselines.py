@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fmus.toolchain.version import Version
-from orchestrator.master import simulate
 from orchestrator.metrics import compute
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 NAMES = ["static-lqr", "static-stanley", "static-pure-pursuit", "static-two-level-mp"]
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}

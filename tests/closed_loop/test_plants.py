@@ -15,9 +15,9 @@ from components.interfaces.problem import RequestError
 from fmus.modelica.flat import library
 from fmus.toolchain.version import Version
 from orchestrator import scenario
-from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")

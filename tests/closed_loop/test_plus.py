@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fmus.toolchain.version import Version
-from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 

@@ -8,9 +8,9 @@ import pytest
 
 from components.interfaces.buses import SolverStatus
 from fmus.toolchain.version import Version
-from orchestrator.master import simulate
 from orchestrator.metrics import compute, verdicts
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 WAYS = ["blocks", Version.FMI2, Version.FMI3]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 FOLDER = Path(__file__).parent
 SIGNALS = [

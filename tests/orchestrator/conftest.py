@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from orchestrator import recorder
-from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
 from orchestrator.viewing.rerun_stream import RerunStream
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")

@@ -15,9 +15,9 @@ from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from orchestrator import container
-from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
-from orchestrator.schedule import Algorithm
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.schedule import Algorithm
 from orchestrator.system.system import Fmu, System
 
 SEQUENTIAL, JACOBI = Algorithm.SEQUENTIAL, Algorithm.JACOBI

@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 from orchestrator.figures import draw
-from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 from orchestrator.system.system import System
 
 

@@ -18,10 +18,10 @@ from rerun.chunk import RrdReader
 from components.interfaces.problem import RequestError
 from orchestrator import live
 from orchestrator.live import Live, Wish, wish
-from orchestrator.pacing import Pacer
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import rerun_program
 
 # a stream that was saved has no footer, and Rerun says so

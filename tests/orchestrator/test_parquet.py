@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays, boolean_dtypes, floating_dtypes, integer_dtypes, unsigned_integer_dtypes
 
 from orchestrator import parquet
-from orchestrator.log import EVERYTHING
-from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.rows import EVERYTHING
 
 NUMBERS = (
     boolean_dtypes()

@@ -9,12 +9,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orchestrator import recorder
-from orchestrator.log import EVERYTHING
-from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
 from orchestrator.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.recording_messages import Request
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.rows import EVERYTHING
 
 ABOUT = {"status": "finished"}
 # a file that is still being written has no footer, and Rerun says so

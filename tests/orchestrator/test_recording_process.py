@@ -16,10 +16,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orchestrator import recorder, recording_worker
-from orchestrator.master import Simulation
 from orchestrator.recording_messages import Request, Rows, send
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
 
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 

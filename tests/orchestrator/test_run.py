@@ -25,11 +25,11 @@ from rerun.chunk import RrdReader
 
 from orchestrator import live, run
 from orchestrator.live import Live, Wish
-from orchestrator.pacing import Pacer
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import kept_run, rerun_program
 from orchestrator.viewing.repair import whole_recording
 from orchestrator.viewing.signals import signals

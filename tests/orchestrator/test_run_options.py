@@ -9,8 +9,8 @@ import pytest
 
 from fmus.export.build import build
 from fmus.toolchain.version import Version
-from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 from tests.fmus.foreign import description3, library, pack
 from tests.orchestrator import ssps
 from tests.orchestrator.blocks import Affine

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.master import simulate
 from orchestrator.run import load
 from orchestrator.scenario import Options
+from orchestrator.stepping.master import simulate
 
 
 def loaded(path, **options):

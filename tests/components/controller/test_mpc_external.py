@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from fmus.reading.opening import open_fmu
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
-from orchestrator.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar
 
@@ -294,7 +294,7 @@ def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):
     source = f'#define EXTRA printf("hello from C\\n");\n#include "echo{version}.c"'
     path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
     program = (
-        "from orchestrator.master import simulate\nfrom orchestrator.system.system import Fmu, System\n"
+        "from orchestrator.stepping.master import simulate\nfrom orchestrator.system.system import Fmu, System\n"
         f"print(len(simulate(System({{'m': Fmu({str(path)!r})}}, {{}}), h=0.1, until=0.5)))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

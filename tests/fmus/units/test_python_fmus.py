@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmus.reading.opening import open_fmu
-from orchestrator.master import simulate
+from orchestrator.stepping.master import simulate
 from orchestrator.system.system import Fmu, System
 
 TWO = """

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.master import simulate
 from orchestrator.reproduction import runs, variations, varied, varied_content
 from orchestrator.reproduction.evidence import Result
 from orchestrator.reproduction.experiments import Role
 from orchestrator.reproduction.varied import Driven, VariedSet
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import simulate
 
 FOUND = variations.load()
 CASES = [variations.draw(FOUND.ranges, 3, number) for number in range(60)]

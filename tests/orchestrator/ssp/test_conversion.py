@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
-from orchestrator.master import simulate
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.conversion import joined
 from orchestrator.ssp.types import Declared, Step
+from orchestrator.stepping.master import simulate
 from orchestrator.system.system import Fmu, System
 from tests.orchestrator.ssps import (
     binding,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.master import simulate
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
+from orchestrator.stepping.master import simulate
 from tests.fmus.foreign import copied, entries
 from tests.orchestrator.ssps import (
     SPACES,

@@ -11,11 +11,11 @@ from fmpy.ssp.ssd import read_ssv
 
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
-from orchestrator.master import Simulation, simulate
 from orchestrator.parameters import Setting
 from orchestrator.scenario import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
+from orchestrator.stepping.master import Simulation, simulate
 from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import C, description3, entries, library, pack
 from tests.orchestrator.ssps import (

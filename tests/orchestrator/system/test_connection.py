@@ -13,7 +13,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import boolean, integer, quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
-from orchestrator.master import Simulation
+from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import InProcess, System
 
 

@@ -15,11 +15,11 @@ from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
 from orchestrator import recorder
-from orchestrator.master import Simulation
 from orchestrator.parquet import write_signals
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Request
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
 from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing.rerun_stream import read_series

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from orchestrator.master import SimulationError
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import SimulationError
 from orchestrator.viewing import pages
 
 SUMMARY = {

@@ -9,8 +9,8 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from orchestrator.master import Simulation
 from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import System
 from orchestrator.viewing.pictures import error_colours, rgba
 from orchestrator.viewing.rerun_stream import RerunStream

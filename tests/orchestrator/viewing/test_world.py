@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import pictures, shapes
 from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 from orchestrator.viewing.world import World, recorded_parts

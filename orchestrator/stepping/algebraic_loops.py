@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
-from orchestrator.schedule import Schedule
+from orchestrator.stepping.schedule import Schedule
+from orchestrator.stepping.signal_table import Table
 from orchestrator.system.system import System
-from orchestrator.table import Table
 
 TOLERANCE: Final = 1e-9
 """Largest difference between what a unit was given and what the others then show, relative to its size or 1"""

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator import pacing
-from orchestrator.pacing import Pacer
+from orchestrator.stepping import pacing
+from orchestrator.stepping.pacing import Pacer
 
 
 @pytest.fixture

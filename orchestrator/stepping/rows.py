@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
+from orchestrator.stepping.signal_table import Table
 from orchestrator.system.system import System
-from orchestrator.table import Table
 
 LARGEST_LOG: Final = 4 * 2**30
 """[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator import log
-from orchestrator.master import Simulation
 from orchestrator.scenario import Options, prepare
+from orchestrator.stepping import rows
+from orchestrator.stepping.master import Simulation
 
 
 @cache
@@ -20,7 +20,7 @@ def static():
     return prepare("static", Options(mode="blocks", stop_time=2.0))
 
 
-def simulated(choice=log.EVERYTHING):
+def simulated(choice=rows.EVERYTHING):
     made = static()
     with Simulation(made.system, h=made.h, until=made.until, record=choice) as simulation:
         simulation.run()
@@ -109,7 +109,7 @@ def test_a_unit_or_a_bus_is_a_pattern_with_a_star(part):
 
 
 def test_what_is_not_recorded_takes_no_memory(monkeypatch):
-    monkeypatch.setattr(log, "LARGEST_LOG", 10_000)
+    monkeypatch.setattr(rows, "LARGEST_LOG", 10_000)
     with pytest.raises(
         RequestError, match=r"stop time: found 21 ticks, .* GiB of rows; valid: at most .* less to record"
     ):
@@ -119,7 +119,7 @@ def test_what_is_not_recorded_takes_no_memory(monkeypatch):
 
 @given(
     cuts=st.lists(st.integers(0, 21), max_size=5).map(sorted),
-    choice=st.sampled_from([log.EVERYTHING, {"plant.*": 1, "controller.*": 5}, {"plant.*": 3, "traffic.*": 2}]),
+    choice=st.sampled_from([rows.EVERYTHING, {"plant.*": 1, "controller.*": 5}, {"plant.*": 3, "traffic.*": 2}]),
 )
 def test_batches_hold_every_row_once(cuts, choice):
     simulation = simulated(choice)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.master import simulate
+from orchestrator.stepping.master import simulate
 from orchestrator.system.system import System, block_source
 from tests.orchestrator.blocks import Gain, Held, Sum
 

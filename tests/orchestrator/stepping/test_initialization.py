@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from orchestrator.master import SimulationError, simulate
+from orchestrator.stepping.master import SimulationError, simulate
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
 
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from components.interfaces.quantity import Type
 from fmus.units.unit import Column, Unit, UnitError
-from orchestrator.loops import Loop
-from orchestrator.schedule import Schedule
+from orchestrator.stepping.algebraic_loops import Loop
+from orchestrator.stepping.schedule import Schedule
+from orchestrator.stepping.signal_table import Table
 from orchestrator.system.system import System
-from orchestrator.table import Table
 
 PASSES: Final = 100
 """More than any chain of units needs; a loop that contracts settles within them too."""

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import choices, did_you_mean, refuse
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
-from orchestrator.initialization import initialise
-from orchestrator.log import EVERYTHING, Choice, Log
-from orchestrator.lowering import Call, Lowered
-from orchestrator.schedule import Algorithm, Schedule, algorithm_named, macro_step, schedule
+from orchestrator.stepping.initialization import initialise
+from orchestrator.stepping.lowering import Call, Lowered
+from orchestrator.stepping.rows import EVERYTHING, Choice, Log
+from orchestrator.stepping.schedule import Algorithm, Schedule, algorithm_named, macro_step, schedule
+from orchestrator.stepping.signal_table import Table
 from orchestrator.system.system import System
-from orchestrator.table import Table
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
     import pandas as pd

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.master import SimulationError, simulate
+from orchestrator.stepping.master import SimulationError, simulate
 from orchestrator.system.system import InProcess, System, block_source
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
 

@@ -8,10 +8,10 @@ from math import lcm
 from typing import TypeAlias
 
 from fmus.units.unit import Unit
-from orchestrator.loops import Loop
-from orchestrator.schedule import Act, Acts, Schedule
+from orchestrator.stepping.algebraic_loops import Loop
+from orchestrator.stepping.schedule import Act, Acts, Schedule
+from orchestrator.stepping.signal_table import Table
 from orchestrator.system.system import Connection, System
-from orchestrator.table import Table
 
 Call: TypeAlias = tuple[Callable[..., object], bool, str]
 """A function, whether it is given the time and the step, and the unit it belongs to"""

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.master import simulate
 from orchestrator.scenario import Options, prepare
-from orchestrator.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule
+from orchestrator.stepping.master import simulate
+from orchestrator.stepping.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule
 from orchestrator.system.system import InProcess, System, block_source
 from tests.orchestrator.blocks import Gain, Held, Sum, system
 
