@@ -14,9 +14,9 @@ from fmus.reading.archive import Archive
 from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.units.unit import Interface, UnitError
-from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.fitting import Fitting, fit
-from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.mapping_file import MappingFile
+from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
 from orchestrator.stepping.schedule import schedule
 from orchestrator.system.system import Fmu

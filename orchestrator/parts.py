@@ -16,9 +16,9 @@ from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.units.unit import Interface
-from orchestrator.mapping.file import MappingFile
 from orchestrator.mapping.mapped import Mapped, fitted
-from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.mapping_file import MappingFile
+from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.parameters import Given, Part, Setting, parameter_set, values_of
 from orchestrator.system.system import Fmu, Source
 

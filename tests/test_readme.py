@@ -13,7 +13,7 @@ import pytest
 import typer
 
 from orchestrator import cli
-from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.metrics import compute
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute

@@ -16,7 +16,7 @@ from components.interfaces.socket import ANY_LENGTH, Socket, describe
 from fmus.units.adaptation import Adaptation, Link, RateInput
 from fmus.units.unit import Interface
 from orchestrator.mapping.adapted_interface import adapted, is_plain, is_same
-from orchestrator.mapping.file import Amount, Entry, MappingFile
+from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile
 from orchestrator.mapping.matching import match
 from orchestrator.mapping.relations import Relations
 from orchestrator.mapping.words import decision, listed, offer, remark

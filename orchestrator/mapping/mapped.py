@@ -10,8 +10,8 @@ from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.socket import Socket
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Interface, Unit
-from orchestrator.mapping.file import MappingFile, written
 from orchestrator.mapping.fitting import Fitting, fit
+from orchestrator.mapping.mapping_file import MappingFile, written
 from orchestrator.system.system import Fmu, Source
 
 

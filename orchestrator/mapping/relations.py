@@ -23,7 +23,7 @@ from fmus.units.conventions import (
     RoadFrameVelocity,
     SpeedAndSlip,
 )
-from orchestrator.mapping.file import Amount, Entry, MappingFile
+from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile
 
 ROLE_UNITS: Final[Mapping[str, str]] = {
     "steering_wheel_angle": "rad",

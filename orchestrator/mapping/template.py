@@ -13,8 +13,8 @@ from components.interfaces.problem import refuse
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
 from fmus.units.unit import Interface
-from orchestrator.mapping.file import ROLES, STEERING, TO_FILL, entries_text, quoted
 from orchestrator.mapping.fitting import Fitting, Row
+from orchestrator.mapping.mapping_file import ROLES, STEERING, TO_FILL, entries_text, quoted
 from orchestrator.mapping.relations import ROLE_UNITS, conversion
 
 _SYNONYMS: Final = {

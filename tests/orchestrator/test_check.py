@@ -10,7 +10,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.sockets import SOCKETS
 from fmus.toolchain.version import Version
 from orchestrator.check import check
-from orchestrator.mapping.reader import read_mapping
+from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import write_template
 from orchestrator.scenario import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp

@@ -15,7 +15,7 @@ from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.units.unit import Interface
 from orchestrator.mapping.fitting import fit
-from orchestrator.mapping.reader import parse_mapping
+from orchestrator.mapping.mapping_reader import parse_mapping
 
 UNITS = {"x": "m", "y": "m", "psi": "rad", "v_x": "m/s", "v_y": "m/s", "r": "rad/s"}
 STATE = {f"state.{leaf}": unit for leaf, unit in UNITS.items()}

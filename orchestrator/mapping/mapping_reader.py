@@ -1,4 +1,4 @@
-"""Reading mapping files (see `orchestrator.mapping.file`), with everything that is wrong with one told at once."""
+"""Reading mapping files (see `orchestrator.mapping.mapping_file`), with everything that is wrong with one told at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias, cast
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
-from orchestrator.mapping.file import (
+from orchestrator.mapping.mapping_file import (
     AXES,
     ENDS,
     POINTS,

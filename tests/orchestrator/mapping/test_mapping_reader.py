@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.mapping.file import Amount, Entry
-from orchestrator.mapping.reader import parse_mapping, read_mapping
+from orchestrator.mapping.mapping_file import Amount, Entry
+from orchestrator.mapping.mapping_reader import parse_mapping, read_mapping
 
 
 def problems(content, socket="plant"):

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.sockets import PLANT
-from orchestrator.mapping.file import Amount, Entry, MappingFile, written
-from orchestrator.mapping.reader import parse_mapping
+from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile, written
+from orchestrator.mapping.mapping_reader import parse_mapping
 
 names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12)
 finite = st.floats(allow_nan=False, allow_infinity=False)
