@@ -86,7 +86,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             from fmus.toolchain.version import Version  # noqa: PLC0415
             from orchestrator.live import Live, wish  # noqa: PLC0415
             from orchestrator.run import Beside, execute, load  # noqa: PLC0415
-            from orchestrator.scenario import Options  # noqa: PLC0415
+            from orchestrator.scenario.prepare import Options  # noqa: PLC0415
 
             options = Options(
                 mode="blocks" if blocks else Version(int(fmi)),
@@ -173,7 +173,7 @@ def build(
     """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here), where out of date."""
     from components import BLOCKS  # noqa: PLC0415
     from fmus.toolchain.version import Version  # noqa: PLC0415
-    from orchestrator import scenario as scenarios  # noqa: PLC0415
+    from orchestrator.scenario.prepare import prepare as scenarios  # noqa: PLC0415
 
     versions = [Version(int(fmi))] if fmi else list(Version)
     target = folder or scenarios.built_folder()
@@ -257,7 +257,7 @@ def check(
 def list_() -> None:
     """Show all scenarios and blocks."""
     from components import BLOCKS  # noqa: PLC0415
-    from orchestrator import scenario as scenarios  # noqa: PLC0415
+    from orchestrator.scenario.prepare import prepare as scenarios  # noqa: PLC0415
 
     table = Table("scenario", "", box=None, title="Scenarios", title_justify="left")
     for name in scenarios.names():

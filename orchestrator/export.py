@@ -12,7 +12,7 @@ from fmus.toolchain.version import Version
 from orchestrator import container
 from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
-from orchestrator.scenario import Mode, Options
+from orchestrator.scenario.prepare import Mode, Options
 from orchestrator.ssp import writer as ssp
 from orchestrator.system.system import Fmu
 

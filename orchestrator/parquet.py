@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from components.interfaces.quantity import Type
 from orchestrator.metrics import Frame
 from orchestrator.provenance import versions
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.system.system import System
 
 

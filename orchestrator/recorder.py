@@ -21,7 +21,7 @@ from fmus.toolchain.version import Version
 from orchestrator import metrics
 from orchestrator.mapping.mapped import Mapped
 from orchestrator.provenance import versions
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.system import Fmu, System

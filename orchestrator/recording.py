@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from orchestrator.recording_messages import Request
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import Batch
 

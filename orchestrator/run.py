@@ -21,8 +21,8 @@ from orchestrator.parquet import write_signals
 from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Recorder, Request
-from orchestrator.scenario import Options, Scenario, parse_record, parse_settings, prepare
-from orchestrator.single import single_fmu
+from orchestrator.scenario.prepare import Options, Scenario, parse_record, parse_settings, prepare
+from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.stepping.rows import EVERYTHING, paces, without_gaps

@@ -8,7 +8,8 @@ from hypothesis import settings
 
 from components import BLOCKS
 from fmus.toolchain.version import Version
-from orchestrator import cli, scenario
+from orchestrator import cli
+from orchestrator.scenario.prepare import prepare
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 
@@ -42,6 +43,6 @@ def macrostep(in_tmp_path, monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def built_fmus():
     """The folder with all FMUs of both versions, built where `macrostep build` puts them."""
-    folder = scenario.built_folder()
-    scenario.ensure_built([b for b in BLOCKS.values() if b.native], list(Version), folder, lambda _: None)
+    folder = prepare.built_folder()
+    prepare.ensure_built([b for b in BLOCKS.values() if b.native], list(Version), folder, lambda _: None)
     return folder

@@ -17,7 +17,7 @@ from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.metrics import compute
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
 ROOT = Path(__file__).parents[1]

@@ -14,11 +14,10 @@ from typing import Any, Final
 from components import BLOCKS
 from fmus.toolchain.version import Version
 from orchestrator import run as runner
-from orchestrator import scenario
 from orchestrator.recorder import SUMMARY
 from orchestrator.recording import Afterwards
 from orchestrator.reproduction.experiments import Experiments, Role, Run
-from orchestrator.scenario import Options
+from orchestrator.scenario.prepare import Options, prepare
 
 MODE: Final = Version.FMI3
 """How native blocks run; the others run in the process of the run."""
@@ -64,7 +63,7 @@ def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
     names = {name for run in experiments.runs for name in (run.plant, run.controller)}
     names |= {name for sweep in experiments.sweeps for name in (sweep.plant, sweep.controller)}
     for run in experiments.all_runs():
-        content = scenario.read(run.scenario)[1]
+        content = prepare.read(run.scenario)[1]
         names |= {content.traffic.block} if content.traffic.block else set()
     if experiments.timing is not None:
         names |= set(experiments.timing.controllers)
@@ -74,12 +73,12 @@ def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
 def build_blocks(names: set[str], progress: Callable[[str], None]) -> None:
     """Build the FMUs of those of these blocks that are native."""
     native = [BLOCKS[name] for name in sorted(names) if BLOCKS[name].native]
-    scenario.ensure_built(native, [MODE], scenario.built_folder(), progress)
+    prepare.ensure_built(native, [MODE], prepare.built_folder(), progress)
 
 
 def execute(run: Run, folder: Path) -> Outcome:
     """One run with its folder; those of a sweep without figures."""
-    made = scenario.prepare(run.scenario, options(run))
+    made = prepare.prepare(run.scenario, options(run))
     beside = runner.Beside(Afterwards(), figures=run.role is not Role.SWEEP)
     told = runner.execute(made, folder, lambda _: None, beside).summary
     figures = (f"figures {told['figures']}",) if "figures" in told else ()

@@ -21,7 +21,7 @@ from fmus.units.unit import Column, Unit, positions, widths
 from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Timing
 from orchestrator.reproduction.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options
-from orchestrator.scenario import Mode, Options, prepare
+from orchestrator.scenario.prepare import Mode, Options, prepare
 from orchestrator.system.system import Source
 
 PASSES: Final = 3

@@ -12,9 +12,9 @@ from pydantic import BaseModel, ConfigDict
 
 from components import BLOCKS
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator import scenario
-from orchestrator.parameters import checked, read_toml
 from orchestrator.reproduction.experiments import Role, unknown
+from orchestrator.scenario.parameters import checked, read_toml
+from orchestrator.scenario.prepare import prepare
 
 VARIATIONS: Final = Path(__file__).parent / "variations.toml"
 TASKS: Final = ("static", "dynamic", "dynamic-slow")
@@ -152,7 +152,7 @@ def _problems(found: Variations, where: str) -> Iterator[Problem]:
             yield from unknown(f"{where}: {driver.name}", "task", task, TASKS)
     for task in TASKS:
         yield from unknown(f"{where}: ranges", "table", task, found.ranges)
-        yield from unknown(where, "scenario", task, scenario.names())
+        yield from unknown(where, "scenario", task, prepare.names())
 
 
 def draw(ranges: Mapping[str, Mapping[str, Range]], seed: int, number: int) -> Case:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from components.interfaces.problem import refuse
-from orchestrator.parameters import checked
+from orchestrator.scenario.parameters import checked
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.writer import OURS
 from orchestrator.stepping.rows import EVERYTHING

@@ -20,7 +20,7 @@ from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.scenario import block_named
+from orchestrator.scenario.prepare import block_named
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Connector, Index
 from orchestrator.ssp.structure import Component, Group

@@ -22,10 +22,10 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
-from orchestrator.isolation import isolated
-from orchestrator.parameters import Given, Setting, values_of
-from orchestrator.parts import sources_of
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.fillings import sources_of
+from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.parameters import Given, Setting, values_of
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes

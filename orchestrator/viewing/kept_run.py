@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from components.interfaces.problem import Problem, refuse
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
-    from orchestrator.scenario import Scenario
+    from orchestrator.scenario.prepare import Scenario
     from orchestrator.viewing.signals import Signal
 
 RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.system.system import System
 from orchestrator.viewing.layout import parameter_values
 

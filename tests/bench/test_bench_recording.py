@@ -16,7 +16,7 @@ from orchestrator.parquet import write_signals
 from orchestrator.recording import Recording
 from orchestrator.recording_messages import Request
 from orchestrator.recording_process import RecordingProcess
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
 

@@ -7,7 +7,7 @@ import pytest
 
 from fmus.toolchain.version import Version
 from orchestrator.metrics import compute
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
 NAMES = ["static-lqr", "static-stanley", "static-pure-pursuit", "static-two-level-mp"]

@@ -17,7 +17,7 @@ from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
 from fmus.lowering import lower
 from fmus.toolchain.version import Version
-from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import Fmu, System

@@ -14,9 +14,8 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from fmus.modelica.flat import library
 from fmus.toolchain.version import Version
-from orchestrator import scenario
 from orchestrator.metrics import compute, verdicts
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
@@ -124,7 +123,7 @@ def test_a_modelica_file_that_is_not_there_is_refused(tmp_path):
 
 def test_a_block_whose_extra_is_missing_says_what_to_install(monkeypatch):
     kept = {name: block for name, block in BLOCKS.items() if not name.startswith("commonroad")}
-    monkeypatch.setattr(scenario, "BLOCKS", kept)
+    monkeypatch.setattr(prepare, "BLOCKS", kept)
     with pytest.raises(RequestError) as refused:
         drive("commonroad_st")
     assert str(refused.value) == (

@@ -7,7 +7,7 @@ import pytest
 
 from fmus.toolchain.version import Version
 from orchestrator.metrics import compute, verdicts
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}

@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator import recorder
 from orchestrator.parquet import write_signals
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing.rerun_stream import RerunStream
 

@@ -12,7 +12,7 @@ from fmus.toolchain.version import Version
 from orchestrator.check import check
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import write_template
-from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.ssp import writer as ssp
 from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import copied, description2, entries, library, pack, scalar

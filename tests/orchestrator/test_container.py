@@ -15,7 +15,7 @@ from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from orchestrator import container
-from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.schedule import Algorithm
 from orchestrator.system.system import Fmu, System

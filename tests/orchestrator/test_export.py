@@ -14,7 +14,7 @@ from lxml import etree
 
 from components.interfaces.conversion import Linear
 from fmus.toolchain.version import Version
-from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.system.system import Fmu, System

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from orchestrator.figures import draw
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 from orchestrator.system.system import System
 

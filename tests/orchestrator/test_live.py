@@ -20,7 +20,7 @@ from orchestrator import live
 from orchestrator.live import Live, Wish, wish
 from orchestrator.recording import Afterwards
 from orchestrator.run import Beside, execute
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import rerun_program
 

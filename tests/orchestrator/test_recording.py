@@ -12,7 +12,7 @@ from orchestrator import recorder
 from orchestrator.parquet import write_signals
 from orchestrator.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.recording_messages import Request
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.rows import EVERYTHING
 

@@ -18,7 +18,7 @@ from rerun.chunk import RrdReader
 from orchestrator import recorder, recording_worker
 from orchestrator.recording_messages import Request, Rows, send
 from orchestrator.recording_process import RecordingProcess
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")

@@ -28,7 +28,7 @@ from orchestrator.live import Live, Wish
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.run import Beside, execute
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import kept_run, rerun_program
 from orchestrator.viewing.repair import whole_recording

@@ -12,7 +12,7 @@ from fmus.reading.opening import open_fmu
 from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
 from orchestrator.parquet import read_columns, write_signals
-from orchestrator.scenario import Scenario
+from orchestrator.scenario.prepare import Scenario
 from orchestrator.stepping.master import Simulation, simulate
 from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import description2, description3, library, pack, scalar

@@ -23,7 +23,7 @@ from components.interfaces.record import Variable
 from fmus.export.documentation import documentation
 from fmus.export.fmi_variables import interface_of
 from fmus.toolchain.version import Version
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 from tests.fmus.fmu_driver import FmuDriver
 

@@ -14,7 +14,7 @@ from components.interfaces.sockets import PLANT
 from fmus.toolchain.version import Version
 from orchestrator import recorder
 from orchestrator.mapping.mapped import Mapped, mapped
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate

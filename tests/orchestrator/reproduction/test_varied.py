@@ -13,7 +13,7 @@ from orchestrator.reproduction import runs, variations, varied, varied_content
 from orchestrator.reproduction.evidence import Result
 from orchestrator.reproduction.experiments import Role
 from orchestrator.reproduction.varied import Driven, VariedSet
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
 FOUND = variations.load()

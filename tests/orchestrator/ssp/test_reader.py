@@ -11,8 +11,8 @@ from fmpy.ssp.ssd import read_ssv
 
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
-from orchestrator.parameters import Setting
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.parameters import Setting
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate

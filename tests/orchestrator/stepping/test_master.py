@@ -14,8 +14,8 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import combine
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
 from fmus.units.unit import UnitError
-from orchestrator.parts import WIRING
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.fillings import WIRING
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.system import InProcess, System, block_source
 

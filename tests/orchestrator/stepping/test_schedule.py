@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 from orchestrator.stepping.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule
 from orchestrator.system.system import InProcess, System, block_source

@@ -13,8 +13,8 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import PLANT, SOCKETS
-from orchestrator.parts import WIRING
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.fillings import WIRING
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.system.system import Fmu, InProcess, System, block_source
 
 

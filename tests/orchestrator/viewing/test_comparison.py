@@ -18,7 +18,7 @@ from orchestrator import recorder
 from orchestrator.parquet import write_signals
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Request
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
 from orchestrator.viewing import kept_run as kept

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from components import BLOCKS
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
-from orchestrator.scenario import Options, default_values, prepare
+from orchestrator.scenario.prepare import Options, default_values, prepare
 from orchestrator.viewing import friction
 from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 

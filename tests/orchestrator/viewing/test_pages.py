@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import SimulationError
 from orchestrator.viewing import pages
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from components import BLOCKS
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.system.system import System, block_source
 from orchestrator.viewing import layout, pictures
 from orchestrator.viewing.pictures import Boxes

@@ -9,7 +9,7 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
-from orchestrator.scenario import Options, Scenario, prepare
+from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import System
 from orchestrator.viewing.pictures import error_colours, rgba

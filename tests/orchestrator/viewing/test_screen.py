@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.viewing import layout, screen
 from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
 from orchestrator.viewing.signals import signals

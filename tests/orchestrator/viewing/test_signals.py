@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.viewing import pictures
 from orchestrator.viewing.signals import PATH, Columns, Recorded, cast, signals
 

@@ -11,10 +11,10 @@ from typing import Any
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
-from orchestrator.isolation import isolated
-from orchestrator.parameters import Given, Setting, values_of
-from orchestrator.parts import sources_of
-from orchestrator.scenario import Options, Scenario
+from orchestrator.scenario.fillings import sources_of
+from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.parameters import Given, Setting, values_of
+from orchestrator.scenario.prepare import Options, Scenario
 from orchestrator.stepping.schedule import STEP, macro_step
 from orchestrator.system.system import Fmu, System
 

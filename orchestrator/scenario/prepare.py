@@ -19,8 +19,9 @@ from components.interfaces.sockets import SOCKETS
 from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
-from orchestrator.isolation import isolated
-from orchestrator.parameters import (
+from orchestrator.scenario.fillings import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
+from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.parameters import (
     SCENARIOS,
     Given,
     Part,
@@ -31,8 +32,7 @@ from orchestrator.parameters import (
     read_toml,
     values_of,
 )
-from orchestrator.parts import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
-from orchestrator.settings import parse_record, parse_settings
+from orchestrator.scenario.settings import parse_record, parse_settings
 from orchestrator.stepping.rows import EVERYTHING, Choice
 from orchestrator.stepping.schedule import Algorithm, algorithm_named, macro_step
 from orchestrator.system.scene import Scene

@@ -19,7 +19,7 @@ from fmus.units.unit import Interface
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.parameters import Given, Part, Setting, parameter_set, values_of
+from orchestrator.scenario.parameters import Given, Part, Setting, parameter_set, values_of
 from orchestrator.system.system import Fmu, Source
 
 WIRING: Final = {

@@ -9,7 +9,7 @@ from typing import Any
 
 from components.interfaces.problem import Problem, choices, raise_if_any
 from components.interfaces.sockets import SOCKETS
-from orchestrator.parameters import Setting
+from orchestrator.scenario.parameters import Setting
 
 _SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
 

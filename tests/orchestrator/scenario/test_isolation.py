@@ -7,9 +7,9 @@ import pytest
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from fmus.units.isolated_unit import PATIENCE
-from orchestrator.isolation import isolated
 from orchestrator.run import load
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.system.system import Fmu
 from tests.fmus.foreign import description2, pack, scalar
 from tests.orchestrator import ssps

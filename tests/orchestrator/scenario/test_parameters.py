@@ -7,8 +7,16 @@ import pytest
 from components import BLOCKS
 from components.interfaces.problem import RequestError
 from components.interfaces.record import variables
-from orchestrator.parameters import PARAMETERS, Given, ScenarioFile, checked, parameter_set, read_toml, values_of
-from orchestrator.scenario import default_values
+from orchestrator.scenario.parameters import (
+    PARAMETERS,
+    Given,
+    ScenarioFile,
+    checked,
+    parameter_set,
+    read_toml,
+    values_of,
+)
+from orchestrator.scenario.prepare import default_values
 from orchestrator.system.scene import Scene
 
 

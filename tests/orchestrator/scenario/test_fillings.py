@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator import scenario as scenarios
 from orchestrator.mapping.mapped import Mapped
-from orchestrator.parameters import Given
-from orchestrator.parts import in_units_of
-from orchestrator.scenario import Options, prepare
+from orchestrator.scenario.fillings import in_units_of
+from orchestrator.scenario.parameters import Given
+from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.prepare import prepare as scenarios
 from orchestrator.system.system import Fmu
 from tests.orchestrator import foreign
 
