@@ -16,8 +16,8 @@ from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Index
 from orchestrator.ssp.conversion import constant, joined
-from orchestrator.ssp.parameters import Value, Values
-from orchestrator.ssp.parts import Part, Place
+from orchestrator.ssp.parameter_values import Value, Values
+from orchestrator.ssp.ssp_units import Part, Place
 from orchestrator.ssp.types import Declared, Step
 from orchestrator.ssp.wiring import Driver, Wiring, is_inside
 

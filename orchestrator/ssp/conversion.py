@@ -12,7 +12,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Index
-from orchestrator.ssp.parameters import Value
+from orchestrator.ssp.parameter_values import Value
 from orchestrator.ssp.types import TRUTHS, Change, Declared, Names, Step, items_of
 
 Items: TypeAlias = Mapping[str, int]

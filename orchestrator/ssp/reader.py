@@ -29,9 +29,9 @@ from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
-from orchestrator.ssp.parameters import Value, gather
-from orchestrator.ssp.parts import Part, open_parts, opened, problem_at, with_parameters
+from orchestrator.ssp.parameter_values import Value, gather
 from orchestrator.ssp.rules import NS
+from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at, with_parameters
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring

@@ -10,7 +10,7 @@ import numpy as np
 from components.interfaces.problem import did_you_mean
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Connector, Index, Port, Wire
-from orchestrator.ssp.parts import Part, Place
+from orchestrator.ssp.ssp_units import Part, Place
 from orchestrator.ssp.structure import Group
 from orchestrator.ssp.types import Step
 
