@@ -35,7 +35,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:  # noqa: FBT001 - typer hands it on like this
     if wanted:
-        from orchestrator.provenance import versions  # noqa: PLC0415
+        from orchestrator.results.provenance import versions  # noqa: PLC0415
 
         for name, version in versions().items():
             out.print(f"{name} {version}", markup=False, highlight=False)

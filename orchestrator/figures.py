@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from orchestrator.path_geometry import path_lines
+from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
 from orchestrator.viewing import layout, pictures

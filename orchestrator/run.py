@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import refuse
-from orchestrator import recorder
 from orchestrator.live import Live
-from orchestrator.parquet import write_signals
-from orchestrator.provenance import versions
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Recorder, Request
+from orchestrator.results import summary
+from orchestrator.results.parquet import write_signals
+from orchestrator.results.provenance import versions
 from orchestrator.scenario.prepare import Options, Scenario, parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.stepping.master import Simulation, SimulationError
@@ -50,7 +50,7 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     """
     path = Path(request)
     if path.is_dir():
-        if not recorder.is_run(path):
+        if not summary.is_run(path):
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / "system.ssp"
     if path.suffix not in {".ssp", ".fmu"}:
@@ -65,7 +65,7 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     found = ssp_reader.read(
         path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
     )
-    if path.parent == Path(request) and not (path.parent / recorder.SUMMARY).is_file():
+    if path.parent == Path(request) and not (path.parent / summary.SUMMARY).is_file():
         found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
     return in_this_manner(found, options)
 
@@ -119,8 +119,8 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         with ExitStack() as running:
             # a library that cannot be loaded leaves no folder
             fault = _attempt(lambda: running.enter_context(simulation))
-            folder = recorder.new_folder(scenario.name, out)
-            recorder.write_system(scenario, folder)
+            folder = summary.new_folder(scenario.name, out)
+            summary.write_system(scenario, folder)
             request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
             try:
                 _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
@@ -130,18 +130,18 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
                 ended = fault or interrupt
             leaving.enter_context(_undisturbed())  # before units are closed, which may take them a while
         for stream in streams:
-            stream.end(request.about | recorder.ending(ended))
+            stream.end(request.about | summary.ending(ended))
         columns = simulation.columns()
         write_signals(columns, scenario, folder / "signals.parquet")
-        told = recorder.summary(scenario, simulation, columns, ended)
+        told = summary.summary(scenario, simulation, columns, ended)
         if pacer is not None:
             told["realtime"] = pacer.report()
         progress("drawing the figures")  # while the recording is written on another core
         if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
             told["figures"] = f"not drawn: {failed}"
         progress("writing the recording")
-        notes = _recorded(beside, request, simulation, recorder.ending(ended))
-        recorder.write_summary(told, folder)
+        notes = _recorded(beside, request, simulation, summary.ending(ended))
+        summary.write_summary(told, folder)
     return Finished(folder, told, ended, notes)
 
 
@@ -226,7 +226,7 @@ def _recorded(beside: Beside, request: Request, simulation: Simulation, ending: 
 
 def _about(scenario: Scenario) -> dict[str, str]:
     """The run's provenance, for a person who looks at its recording."""
-    units = recorder.units(scenario.system)
+    units = summary.units(scenario.system)
     return {
         "scenario": f"{scenario.name}: {scenario.title}",
         "status": "running",

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from components.interfaces.buses import WAYPOINTS
-from orchestrator import metrics
-from orchestrator.path_geometry import path_error
 from orchestrator.reproduction.experiments import Experiments, Role, Run
 from orchestrator.reproduction.runs import Outcome
+from orchestrator.results import metrics
+from orchestrator.results.path_geometry import path_error
 
 SWING: Final = 0.05
 """[rad/s] A swing of the yaw rate: a tenth of the 0.49 rad/s that the path itself asks for, R = v^2/(mu g)."""

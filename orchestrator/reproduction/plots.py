@@ -28,11 +28,11 @@ from orchestrator.figures import (
     _traffic,
     _vehicle,
 )
-from orchestrator.path_geometry import path_lines
 from orchestrator.reproduction import matched
 from orchestrator.reproduction.evidence import Evidence, Result
 from orchestrator.reproduction.experiments import Kind, Picture
 from orchestrator.reproduction.runs import Outcome
+from orchestrator.results.path_geometry import path_lines
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.system.scene import Scene
 from orchestrator.viewing import pictures

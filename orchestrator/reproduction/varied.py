@@ -17,11 +17,11 @@ import pandas as pd
 
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.sockets import SOCKETS
-from orchestrator import metrics
 from orchestrator.reproduction import runs, variations
 from orchestrator.reproduction.evidence import Result, more_metrics
 from orchestrator.reproduction.kept import keep
 from orchestrator.reproduction.variations import Case, Driver, Request, Variations
+from orchestrator.results import metrics
 from orchestrator.scenario.parameters import Given, values_of
 from orchestrator.scenario.prepare import Options, Scenario, parse_settings, prepare, read
 from orchestrator.stepping.master import Simulation, SimulationError

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
 from orchestrator.viewing import pages, palette, rerun_stream, screen
-from orchestrator.viewing.kept_run import KeptRun
 from orchestrator.viewing.run_picture import RunPicture
 from orchestrator.viewing.shapes import Page, SeriesStyle, Shape, Style, Values, entity
 

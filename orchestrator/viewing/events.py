@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.buses import SolverStatus
-from orchestrator import geometry
+from orchestrator.results import geometry
 from orchestrator.system.scene import Scene
 from orchestrator.viewing.layout import Limit
 from orchestrator.viewing.pictures import Boxes

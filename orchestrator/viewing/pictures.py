@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.path_geometry import path_error
+from orchestrator.results.path_geometry import path_error
 from orchestrator.system.scene import Scene
 from orchestrator.viewing.shapes import Array
 from orchestrator.viewing.signals import OBSTACLES, PATH, Cast, Columns, Recorded, bus_paths

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import RequestError, refuse
-from orchestrator.viewing.kept_run import SIGNALS, VALID, KeptRun
+from orchestrator.results.run_folder import SIGNALS, VALID, KeptRun
 from orchestrator.viewing.rerun_program import executable
 
 

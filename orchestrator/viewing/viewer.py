@@ -10,8 +10,9 @@ from math import isfinite
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator.viewing import kept_run, repair
-from orchestrator.viewing.kept_run import KeptRun
+from orchestrator.results import run_folder
+from orchestrator.results.run_folder import KeptRun
+from orchestrator.viewing import repair
 from orchestrator.viewing.photograph import PICTURE, write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
 
@@ -50,7 +51,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
-    found = [kept_run.find(request) for request in requests]
+    found = [run_folder.find(request) for request in requests]
     problems = [item for item in found if isinstance(item, Problem)]
     places = [request.resolve() for request in requests]
     if len(set(places)) < len(places):

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from orchestrator.path_geometry import path_lines
+from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 from orchestrator.viewing import palette, pictures
 from orchestrator.viewing.pictures import Boxes

@@ -10,12 +10,12 @@ import time
 import numpy as np
 import pytest
 
-from orchestrator import recorder
 from orchestrator.live import Live, Wish
-from orchestrator.parquet import write_signals
 from orchestrator.recording import Recording
 from orchestrator.recording_messages import Request
 from orchestrator.recording_process import RecordingProcess
+from orchestrator.results import summary
+from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
@@ -59,7 +59,7 @@ def test_a_simulated_minute_to_parquet_and_rerun(benchmark, dynamic, minute, tmp
 @pytest.mark.parametrize("beside", ["nothing", "recording"])
 def test_stepping_while_a_process_records(benchmark, dynamic, tmp_path, beside):
     """The stepping thread alone: a simulated minute with and without a process that takes every row."""
-    recorder.write_system(dynamic, tmp_path)
+    summary.write_system(dynamic, tmp_path)
     with RecordingProcess() as process, Simulation(dynamic.system, h=0.1, until=600.0) as simulation:
         if beside == "recording":
             process.begin(Request(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
@@ -78,7 +78,7 @@ def test_stepping_while_a_process_records(benchmark, dynamic, tmp_path, beside):
 @pytest.mark.parametrize("beside", ["nothing", "live"])
 def test_a_step_in_real_time(benchmark, dynamic, tmp_path, beside):
     """From the moment a tick is due to its complete row, at 10 ticks per second, with a recording and a live stream."""
-    recorder.write_system(dynamic, tmp_path)
+    summary.write_system(dynamic, tmp_path)
     late = []
     with (
         Live(Wish(viewer=False), lambda _: None) as stream,

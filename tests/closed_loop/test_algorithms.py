@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmus.toolchain.version import Version
-from orchestrator.metrics import compute, verdicts
+from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 

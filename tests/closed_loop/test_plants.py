@@ -14,7 +14,7 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from fmus.modelica.flat import library
 from fmus.toolchain.version import Version
-from orchestrator.metrics import compute, verdicts
+from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 

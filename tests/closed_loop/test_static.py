@@ -8,7 +8,7 @@ import pytest
 
 from components.interfaces.buses import SolverStatus
 from fmus.toolchain.version import Version
-from orchestrator.metrics import compute, verdicts
+from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 

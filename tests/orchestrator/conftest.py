@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator import recorder
-from orchestrator.parquet import write_signals
+from orchestrator.results import summary
+from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing.rerun_stream import RerunStream
@@ -53,7 +53,7 @@ def kept_run():
             simulation.run()
             frame = simulation.frame()
         folder.mkdir(parents=True)
-        recorder.write_system(scenario, folder)
+        summary.write_system(scenario, folder)
         write_signals(frame, scenario, folder / "signals.parquet")
         stream = RerunStream(
             folder / "recording.rrd", scenario.system, scenario.scene, name=folder.name, h=scenario.h, about={}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import recorder
-from orchestrator.parquet import write_signals
 from orchestrator.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.recording_messages import Request
+from orchestrator.results import summary
+from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.rows import EVERYTHING
@@ -86,7 +86,7 @@ def test_a_fast_run_is_written_once(static, tmp_path):
 
 
 def test_afterwards_all_rows_are_written_with_what_is_known_of_the_run(static, tmp_path):
-    recorder.write_system(static, tmp_path)
+    summary.write_system(static, tmp_path)
     simulation = stepped(static, 2.0)
     afterwards = Afterwards()
     afterwards.begin(request(simulation, tmp_path), simulation)

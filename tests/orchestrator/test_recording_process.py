@@ -15,9 +15,10 @@ from dataclasses import replace
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import recorder, recording_worker
+from orchestrator import recording_worker
 from orchestrator.recording_messages import Request, Rows, send
 from orchestrator.recording_process import RecordingProcess
+from orchestrator.results import summary
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 
@@ -31,7 +32,7 @@ def static():
 
 @pytest.fixture
 def simulation(static, tmp_path):
-    recorder.write_system(static, tmp_path)
+    summary.write_system(static, tmp_path)
     with Simulation(static.system, h=static.h, until=static.until) as made:
         yield made
 

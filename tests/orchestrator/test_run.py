@@ -27,10 +27,11 @@ from orchestrator import live, run
 from orchestrator.live import Live, Wish
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
+from orchestrator.results import run_folder
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.viewing import kept_run, rerun_program
+from orchestrator.viewing import rerun_program
 from orchestrator.viewing.repair import whole_recording
 from orchestrator.viewing.signals import signals
 
@@ -304,7 +305,7 @@ def test_a_run_that_is_killed_loses_two_seconds_at_most_and_never_the_file(tmp_p
     for name, repaired in (("18", False), ("19", True)):  # with and without a process that completed the recording
         said, copies = [], tmp_path / f"copy of {name}"
         copies.mkdir()
-        shown = recorded(whole_recording(kept_run.find(tmp_path / name), copies, said.append))
+        shown = recorded(whole_recording(run_folder.find(tmp_path / name), copies, said.append))
         assert shown == recorded(tmp_path / name / "recording.rrd")
         about = "the recording was cut short or is damaged; opening a repaired copy of what can be read"
         assert said == ([f"{tmp_path / name}: {about}"] if repaired else [])

@@ -11,7 +11,7 @@ from components.interfaces.quantity import Type
 from fmus.reading.opening import open_fmu
 from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
-from orchestrator.parquet import read_columns, write_signals
+from orchestrator.results.parquet import read_columns, write_signals
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.stepping.master import Simulation, simulate
 from orchestrator.system.system import Fmu, System

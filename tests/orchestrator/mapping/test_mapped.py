@@ -12,8 +12,8 @@ from pythonfmu import FmuBuilder
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import PLANT
 from fmus.toolchain.version import Version
-from orchestrator import recorder
 from orchestrator.mapping.mapped import Mapped, mapped
+from orchestrator.results import summary
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
@@ -209,7 +209,7 @@ def test_a_run_with_a_mapped_fmu_can_be_repeated_from_its_ssp(tmp_path):
 
 
 def test_the_summary_names_the_file_and_the_mapping(tmp_path):
-    told = recorder.units(prepared(foreign.right_handed_mapping(tmp_path)).system)["plant"]
+    told = summary.units(prepared(foreign.right_handed_mapping(tmp_path)).system)["plant"]
     assert (told["runs_as"], told["file"]) == ("FMI 2.0", "theirs.fmu")
     assert 'v_x = "car.speed"' in told["mapping"]
     assert 'axes = "y_right"' in told["mapping"]

@@ -14,14 +14,14 @@ from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
-from orchestrator import recorder
-from orchestrator.parquet import write_signals
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Request
+from orchestrator.results import run_folder as kept
+from orchestrator.results import summary
+from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
-from orchestrator.viewing import kept_run as kept
 from orchestrator.viewing.rerun_stream import read_series
 from orchestrator.viewing.run_picture import MICROSECONDS
 
@@ -82,7 +82,7 @@ def sparse(tmp_path_factory):
     """A run that records the plant's state at every tick, the plan at every fifth, and nothing else."""
     folder = tmp_path_factory.mktemp("sparse")
     scenario = prepare("static", Options(mode="blocks", record=["plant.state.*", "controller.plan.*:5"]))
-    recorder.write_system(scenario, folder)
+    summary.write_system(scenario, folder)
     with Simulation(scenario.system, h=scenario.h, until=1.2, record=scenario.record) as simulation:
         simulation.run()
         write_signals(simulation.columns(), scenario, folder / "signals.parquet")

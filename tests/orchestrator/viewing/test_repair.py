@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from components.interfaces.problem import RequestError
+from orchestrator.results.run_folder import find
 from orchestrator.viewing import repair
-from orchestrator.viewing.kept_run import find
 from orchestrator.viewing.rerun_stream import RerunStream, read_series
 
 

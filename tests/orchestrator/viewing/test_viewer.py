@@ -17,7 +17,7 @@ import pytest
 from PIL import Image
 
 from components.interfaces.problem import RequestError
-from orchestrator.viewing import kept_run as kept
+from orchestrator.results import run_folder as kept
 from orchestrator.viewing import palette, rerun_stream, viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
 from orchestrator.viewing.pictures import error_colours

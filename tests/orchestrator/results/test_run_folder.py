@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import Problem, RequestError
-from orchestrator.viewing import kept_run
+from orchestrator.results import run_folder
 
 
 def _problem(request):
-    found = kept_run.find(request)
+    found = run_folder.find(request)
     assert isinstance(found, Problem)
     return str(found)
 
@@ -33,18 +33,18 @@ def test_what_is_no_run_is_refused(tmp_path, run):
 def test_a_recording_on_its_own_has_no_system(whole, tmp_path):
     path = tmp_path / "alone.rrd"
     path.write_bytes((whole / "recording.rrd").read_bytes())
-    run = kept_run.find(path)
+    run = run_folder.find(path)
     assert run.folder is None
     with pytest.raises(RequestError, match="found a recording on its own; valid: a run folder"):
         _ = run.scenario
-    assert kept_run.find(whole / "recording.rrd").folder == whole
+    assert run_folder.find(whole / "recording.rrd").folder == whole
 
 
 def test_a_summary_that_was_not_written_is_empty(run):
-    assert kept_run.find(run).summary == {}
+    assert run_folder.find(run).summary == {}
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"status": "finished"}', '"text"', "{"])
 def test_a_summary_of_something_else_is_as_none(run, content):
     (run / "summary.json").write_text(content)
-    assert kept_run.find(run).summary == {}
+    assert run_folder.find(run).summary == {}

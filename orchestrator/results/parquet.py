@@ -16,8 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from components.interfaces.quantity import Type
-from orchestrator.metrics import Frame
-from orchestrator.provenance import versions
+from orchestrator.results.metrics import Frame
+from orchestrator.results.provenance import versions
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.system.system import System
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
-from orchestrator import path_geometry
-from orchestrator.geometry import Rows, box_corners, box_distance
+from orchestrator.results import path_geometry
+from orchestrator.results.geometry import Rows, box_corners, box_distance
 from orchestrator.system.scene import Scene
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed

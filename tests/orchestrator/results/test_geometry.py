@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orchestrator.geometry import box_corners, box_distance
+from orchestrator.results.geometry import box_corners, box_distance
 
 
 def box(*values):

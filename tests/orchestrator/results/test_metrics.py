@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from orchestrator.metrics import compute, verdicts
+from orchestrator.results.metrics import compute, verdicts
 from orchestrator.system.scene import Scene
 
 SCENE = Scene(ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, l_gap=0.3)

@@ -18,9 +18,9 @@ import numpy as np
 
 from components.interfaces.problem import refuse
 from fmus.toolchain.version import Version
-from orchestrator import metrics
 from orchestrator.mapping.mapped import Mapped
-from orchestrator.provenance import versions
+from orchestrator.results import metrics
+from orchestrator.results.provenance import versions
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, SimulationError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from components.controller import dubins
-from orchestrator.path_geometry import path_error, path_lines
+from orchestrator.results.path_geometry import path_error, path_lines
 
 
 def _path(w: float = 3.5, x_8: float = 62.0) -> dubins.Path:

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays, boolean_dtypes, floating_dtypes, integer_dtypes, unsigned_integer_dtypes
 
-from orchestrator import parquet
+from orchestrator.results import parquet
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.rows import EVERYTHING
