@@ -151,7 +151,7 @@ def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation
         stream.begin(request, simulation)
     if figures:
         with suppress(ImportError):  # `_draw` tells of it
-            import_module("orchestrator.figures")  # slow, as is a recorder that gets ready on another core
+            import_module("orchestrator.pictures.figures")  # slow, as is a recorder that gets ready on another core
     for stream in streams:
         stream.wait_until_open()
 
@@ -200,7 +200,7 @@ def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
         return ""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its cache of fonts is nothing to tell of a run
     try:
-        from orchestrator import figures  # noqa: PLC0415 - slow to import
+        from orchestrator.pictures import figures  # noqa: PLC0415 - slow to import
 
         with warnings.catch_warnings(action="ignore"):
             figures.draw(rows, scenario.system, scenario.scene, folder)

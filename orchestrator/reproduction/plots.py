@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from orchestrator.figures import (
+from orchestrator.pictures import drawing
+from orchestrator.pictures.figures import (
     _DPI,
     _MOST_STRETCHES,
     _STILL,
@@ -28,6 +29,7 @@ from orchestrator.figures import (
     _traffic,
     _vehicle,
 )
+from orchestrator.pictures.signals import Cast, Columns, cast, signals
 from orchestrator.reproduction import matched
 from orchestrator.reproduction.evidence import Evidence, Result
 from orchestrator.reproduction.experiments import Kind, Picture
@@ -35,8 +37,6 @@ from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.system.scene import Scene
-from orchestrator.viewing import pictures
-from orchestrator.viewing.signals import Cast, Columns, cast, signals
 
 _LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
@@ -147,7 +147,7 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
     """Where along the road there is something to see: all vehicles, whole."""
     reach = tracks[0].scene.ego_length
     places = [values for track in tracks for values in (track.x.min(), track.x.max())]
-    found = pictures.obstacles(tracks[0].columns, tracks[0].who)
+    found = drawing.obstacles(tracks[0].columns, tracks[0].who)
     if found is not None and len(found[0].x):
         places += [found[0].x.min(), found[0].x.max()]
     return float(min(places)) - reach, float(max(places)) + reach

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from orchestrator.figures import _DPI, _WIDTH
+from orchestrator.pictures.figures import _DPI, _WIDTH
 from orchestrator.reproduction.plots import looks
 
 _PANELS: Final = (

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from components.interfaces.problem import Problem, refuse
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
+    from orchestrator.pictures.signals import Signal
     from orchestrator.scenario.prepare import Scenario
-    from orchestrator.viewing.signals import Signal
 
 RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
 VALID = "a run folder, or an .rrd file"
@@ -56,7 +56,7 @@ class KeptRun:
     @cached_property
     def signals(self) -> list[Signal]:
         """All signals of the system."""
-        from orchestrator.viewing.signals import signals  # noqa: PLC0415
+        from orchestrator.pictures.signals import signals  # noqa: PLC0415
 
         return signals(self.scenario.system)
 

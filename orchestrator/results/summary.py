@@ -19,13 +19,13 @@ import numpy as np
 from components.interfaces.problem import refuse
 from fmus.toolchain.version import Version
 from orchestrator.mapping.mapped import Mapped
+from orchestrator.pictures import pages
 from orchestrator.results import metrics
 from orchestrator.results.provenance import versions
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.system import Fmu, System
-from orchestrator.viewing import pages
 
 SUMMARY: Final = "summary.json"
 

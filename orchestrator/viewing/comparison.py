@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from orchestrator.pictures import pages, palette, screen
+from orchestrator.pictures.run_picture import RunPicture
+from orchestrator.pictures.shapes import Page, SeriesStyle, Shape, Style, Values, entity
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
-from orchestrator.viewing import pages, palette, rerun_stream, screen
-from orchestrator.viewing.run_picture import RunPicture
-from orchestrator.viewing.shapes import Page, SeriesStyle, Shape, Style, Values, entity
+from orchestrator.viewing import rerun_stream
 
 Rows = Mapping[str, NDArray[Any]]
 Batch: TypeAlias = tuple[NDArray[np.int64], float, Iterator[Shape | Style]]

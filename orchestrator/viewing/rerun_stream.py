@@ -23,12 +23,12 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
 
+from orchestrator.pictures import pages, palette
+from orchestrator.pictures import screen as screens
+from orchestrator.pictures import shapes as s
+from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
-from orchestrator.viewing import pages, palette
-from orchestrator.viewing import screen as screens
-from orchestrator.viewing import shapes as s
-from orchestrator.viewing.run_picture import RunPicture
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd

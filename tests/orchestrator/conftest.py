@@ -40,7 +40,7 @@ class NoRecording(nullcontext):
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
     monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
-    monkeypatch.setattr("orchestrator.figures.draw", lambda *_: [])
+    monkeypatch.setattr("orchestrator.pictures.figures.draw", lambda *_: [])
 
 
 @pytest.fixture(scope="session")

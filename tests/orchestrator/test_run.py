@@ -25,6 +25,7 @@ from rerun.chunk import RrdReader
 
 from orchestrator import live, run
 from orchestrator.live import Live, Wish
+from orchestrator.pictures.signals import signals
 from orchestrator.recording import Afterwards
 from orchestrator.recording_process import RecordingProcess
 from orchestrator.results import run_folder
@@ -33,7 +34,6 @@ from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import rerun_program
 from orchestrator.viewing.repair import whole_recording
-from orchestrator.viewing.signals import signals
 
 # a recording that was cut short has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -178,7 +178,7 @@ def test_figures_that_cannot_be_drawn_are_told_of_and_nothing_else_is_missing(tm
         warnings.warn("a warning of matplotlib", stacklevel=1)
         raise ValueError("no fonts\nat all")
 
-    monkeypatch.setattr("orchestrator.figures.draw", draw)
+    monkeypatch.setattr("orchestrator.pictures.figures.draw", draw)
     made = static(stop_time=1.0)
     execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards()))
     told = json.loads((tmp_path / "r" / "summary.json").read_text())

@@ -14,6 +14,7 @@ from rerun.blueprint.components import LinkAxis
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
+from orchestrator.pictures.run_picture import MICROSECONDS
 from orchestrator.recording import Afterwards
 from orchestrator.recording_messages import Request
 from orchestrator.results import run_folder as kept
@@ -23,7 +24,6 @@ from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
 from orchestrator.viewing.rerun_stream import read_series
-from orchestrator.viewing.run_picture import MICROSECONDS
 
 LINE = arrays(float, 21, elements=st.floats(-1e3, 1e3))
 

@@ -9,12 +9,12 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
+from orchestrator.pictures.drawing import error_colours, rgba
+from orchestrator.pictures.signals import signals
 from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import System
-from orchestrator.viewing.pictures import error_colours, rgba
 from orchestrator.viewing.rerun_stream import RerunStream
-from orchestrator.viewing.signals import signals
 
 
 @pytest.fixture(autouse=True)

@@ -17,10 +17,11 @@ import pytest
 from PIL import Image
 
 from components.interfaces.problem import RequestError
+from orchestrator.pictures import palette
+from orchestrator.pictures.drawing import error_colours
 from orchestrator.results import run_folder as kept
-from orchestrator.viewing import palette, rerun_stream, viewer
+from orchestrator.viewing import rerun_stream, viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
-from orchestrator.viewing.pictures import error_colours
 from orchestrator.viewing.rerun_program import answers, executable
 from orchestrator.viewing.rerun_stream import RerunStream
 from tests.orchestrator.chromium import PROGRAM, Chromium

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from orchestrator.pictures.plots import parameter_values
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.system.system import System
-from orchestrator.viewing.layout import parameter_values
 
 
 def facts(summary: Mapping[str, Any]) -> dict[str, str]:

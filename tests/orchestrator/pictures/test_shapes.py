@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from orchestrator.viewing.shapes import Memory, entity
+from orchestrator.pictures.shapes import Memory, entity
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import Final, TypeAlias
 
-from orchestrator.viewing import friction, layout, palette
-from orchestrator.viewing.layout import Limit, Plot
-from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
+from orchestrator.pictures import friction, palette, plots
+from orchestrator.pictures.plots import Limit, Plot
+from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 
 _IN_A_FIFTH, _IN_A_QUARTER = 44, 58
 """characters; of a longer title a view in this share of a window shows only the beginning"""
@@ -90,7 +90,7 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
     if scenery is not None or asked:
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
         tabs.append(Group("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
-    plots: list[View] = [*_joined([(run, layout.buses(run.signals)) for run in runs], by_bus=True)]
+    plots: list[View] = [*_joined([(run, plots.buses(run.signals)) for run in runs], by_bus=True)]
     if not tabs:
         plots += [*differences, *_wall_time(runs), *_what_happened(runs)]
     if plots:
@@ -159,15 +159,15 @@ def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
     for question, plots in _by_question(runs).items():
         found[question] = [*_joined(plots)]
     if erring := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
-        found.setdefault(layout.HARD, []).append(Series("Path error [m], left positive", erring))
-    return {question: found[question] for question in layout.QUESTIONS if question in found}
+        found.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", erring))
+    return {question: found[question] for question in plots.QUESTIONS if question in found}
 
 
 def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differences: Sequence[Series]) -> View | None:
     """A column for each question, under its name; then what happened."""
     columns = dict(asked)
     if more := [*differences, *_wall_time(runs)]:
-        columns[layout.FAST] = [*columns.get(layout.FAST, ()), *more]
+        columns[plots.FAST] = [*columns.get(plots.FAST, ()), *more]
     shares = [1.0] * len(columns)
     if happened := _what_happened(runs):
         columns[_WHEN], shares = happened, [*shares, 1.1]
@@ -183,7 +183,7 @@ def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture,
     """The plots of each question, run by run; in a comparison one signal each, so that a colour is a run."""
     found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
     for run in runs:
-        for question, plots in layout.questions(run.system, run.signals).items():
+        for question, plots in plots.questions(run.system, run.signals).items():
             own = plots if len(runs) == 1 else [one for plot in plots for one in plot.split(run.limits)]
             found.setdefault(question, []).append((run, own))
     return found
@@ -203,7 +203,7 @@ def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, by_bus: boo
     contents: list[str] = []
     for run, plot in plots:
         contents += [run.at("signals", *path.split(".")) for path in plot.signals]
-        contents += [run.at(*layout.limit_parts(limit)) for limit in plot.limits]
+        contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits]
     limits = [limit for _, plot in plots for limit in plot.limits]
     names = list(dict.fromkeys(name for run, plot in plots for path in plot.signals for name in run.series_names[path]))
     whole, listed = _with_limits(title, limits), ", ".join(names)

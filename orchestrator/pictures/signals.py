@@ -15,8 +15,8 @@ import numpy as np
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from orchestrator.pictures.shapes import Array, entity
 from orchestrator.system.system import System
-from orchestrator.viewing.shapes import Array, entity
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd

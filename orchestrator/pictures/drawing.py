@@ -9,10 +9,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from orchestrator.pictures.shapes import Array
+from orchestrator.pictures.signals import OBSTACLES, PATH, Cast, Columns, Recorded, bus_paths
 from orchestrator.results.path_geometry import path_error
 from orchestrator.system.scene import Scene
-from orchestrator.viewing.shapes import Array
-from orchestrator.viewing.signals import OBSTACLES, PATH, Cast, Columns, Recorded, bus_paths
 
 HEIGHT: Final = 1.4
 """[m] of all vehicles; no signal carries it"""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from orchestrator.viewing.shapes import Colour
+from orchestrator.pictures.shapes import Colour
 
 GROUND: Final[Colour] = (28, 32, 30)
 ROAD: Final[Colour] = (58, 61, 66)

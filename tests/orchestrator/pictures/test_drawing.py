@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from components import BLOCKS
+from orchestrator.pictures import drawing, plots
+from orchestrator.pictures.drawing import Boxes
+from orchestrator.pictures.signals import Columns, Recorded, cast, signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.system.system import System, block_source
-from orchestrator.viewing import layout, pictures
-from orchestrator.viewing.pictures import Boxes
-from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def _traffic_rows(valid, x):
 def test_obstacles_of_invalid_slots_are_left_out(static):
     valid = [[True, False, True] + [False] * 5, [False] * 8, [False, True] + [False] * 6]
     columns = Columns(_traffic_rows(valid, [10.0, 20.0, 30.0]), signals(static.system))
-    boxes, known = pictures.obstacles(columns, cast(static.system))
+    boxes, known = drawing.obstacles(columns, cast(static.system))
     assert boxes.count.tolist() == [2, 0, 1]
     assert boxes.id.tolist() == [1, 3, 2]
     assert boxes.x.tolist() == [10.0, 10.0, 30.0]
@@ -46,42 +46,42 @@ def test_obstacles_of_invalid_slots_are_left_out(static):
 
 def test_a_boundary_shows_where_the_box_is_heading():
     quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
-    line = pictures.boundaries(quarter, 0.5)[0]
+    line = drawing.boundaries(quarter, 0.5)[0]
     np.testing.assert_allclose(line[0], [10, 2])
     np.testing.assert_allclose(line[1], [10, 4.5])
-    np.testing.assert_allclose(line[[2, 3, 4, 5, 2]], pictures.outlines(quarter, 0.5)[0])
+    np.testing.assert_allclose(line[[2, 3, 4, 5, 2]], drawing.outlines(quarter, 0.5)[0])
 
 
 def test_an_outline_is_the_box_grown_on_every_side():
     quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
-    corners = pictures.outlines(quarter, 0.5)[0]
+    corners = drawing.outlines(quarter, 0.5)[0]
     np.testing.assert_allclose(corners[0], corners[-1])
     np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[8.5, -0.5], [11.5, 4.5]])
 
 
 def test_waypoints_on_one_spot_share_a_label():
     x = np.array([0.0, 1.0, 1.0, 1.0, 2.0])
-    assert pictures.waypoint_labels(x, np.zeros(5)) == ["P0", "P1,2,3", "", "", "P4"]
+    assert drawing.waypoint_labels(x, np.zeros(5)) == ["P0", "P1,2,3", "", "", "P4"]
     rows = np.array([[0.0, 0.004], [1.0, 2.0], [np.nan, np.nan]])
-    assert pictures.waypoint_labels(rows, np.zeros((3, 2))) == ["P0,1", "", "P0", "P1", "P0", "P1"]
-    assert pictures.waypoint_labels(rows, rows[::-1]) == ["P0", "P1"] * 3
+    assert drawing.waypoint_labels(rows, np.zeros((3, 2))) == ["P0,1", "", "P0", "P1", "P0", "P1"]
+    assert drawing.waypoint_labels(rows, rows[::-1]) == ["P0", "P1"] * 3
 
 
 def test_the_error_is_drawn_from_green_to_red_whatever_its_sign():
-    colours = pictures.error_colours(np.array([0.0, 9.0, -9.0]))
+    colours = drawing.error_colours(np.array([0.0, 9.0, -9.0]))
     assert colours[0].argmax() == 1
     assert colours[1].argmax() == 0
     np.testing.assert_array_equal(colours[1], colours[2])
 
 
 def test_lane_marks_stay_between_the_lanes(static):
-    marks = pictures.lane_marks(static.scene, -40.0, 140.0)
+    marks = drawing.lane_marks(static.scene, -40.0, 140.0)
     assert (marks[..., 1] == 1.75).all()
     assert -40 <= marks[..., 0].min() <= marks[..., 0].max() <= 140
 
 
 def test_known_limits_are_those_of_the_controllers_parameters(static):
-    found = {limit.label: limit.value for limit in layout.limits(static.system, signals(static.system))}
+    found = {limit.label: limit.value for limit in plots.limits(static.system, signals(static.system))}
     assert found["delta_max [rad]"] == -found["-delta_max [rad]"] > 0
     assert (found["T_dmax [N.m]"], found["-T_bmax [N.m]"], found["limit [1]"]) == (200, -160, 1)
 
@@ -89,10 +89,10 @@ def test_known_limits_are_those_of_the_controllers_parameters(static):
 def test_questions_without_an_answer_are_not_asked():
     plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
     known = signals(plain)
-    assert layout.questions(plain, known) == {}
-    assert layout.limits(plain, known) == []
-    assert not pictures.has_errors(Recorded(plain), cast(plain))
-    assert [(plot.title, len(plot.signals)) for plot in layout.buses(known)] == [
+    assert plots.questions(plain, known) == {}
+    assert plots.limits(plain, known) == []
+    assert not drawing.has_errors(Recorded(plain), cast(plain))
+    assert [(plot.title, len(plot.signals)) for plot in plots.buses(known)] == [
         ("rest.obstacles [1]", 2),
         ("rest.obstacles [m]", 4),
         ("rest.obstacles [rad]", 1),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orchestrator.pictures import drawing, shapes
+from orchestrator.pictures.signals import Columns, Recorded, cast, signals
+from orchestrator.pictures.world import World, recorded_parts
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.viewing import pictures, shapes
-from orchestrator.viewing.signals import Columns, Recorded, cast, signals
-from orchestrator.viewing.world import World, recorded_parts
 
 STATIC = prepare("static", Options(mode="blocks"))
 WHO = cast(STATIC.system)
@@ -47,7 +47,7 @@ def test_the_trail_is_coloured_by_error_alone_and_by_run_beside_others(world):
         return next(shape.colours for entity, shape in found.items() if entity.endswith("trail"))
 
     error = np.array([0.0, 0.5])
-    np.testing.assert_array_equal(colours(world, error), pictures.rgba(pictures.error_colours(error)))
+    np.testing.assert_array_equal(colours(world, error), drawing.rgba(drawing.error_colours(error)))
     other = World(WHO, STATIC.scene, "other", (1, 2, 3))
     assert colours(other, error) is None
     trail = next(s for s in other.styles({"ego"}) if s.entity == "/world/other/trail")
@@ -89,7 +89,7 @@ def dynamic():
     for slot in range(1, 9):
         frame[f"traffic.obstacles.psi[{slot}]"] = 0.1 * slot
     columns, who = Columns(frame, signals(made.system)), cast(made.system)
-    drawn = World(who, made.scene, "", None).shapes(columns, None, pictures.obstacles(columns, who))
+    drawn = World(who, made.scene, "", None).shapes(columns, None, drawing.obstacles(columns, who))
     return frame, made.scene, {(shape.entity, type(shape)): shape for shape in drawn}
 
 

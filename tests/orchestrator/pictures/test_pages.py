@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from orchestrator.pictures import pages
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import SimulationError
-from orchestrator.viewing import pages
 
 SUMMARY = {
     "scenario": "static",

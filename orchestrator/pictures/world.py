@@ -7,11 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from orchestrator.results.path_geometry import path_lines
-from orchestrator.system.scene import Scene
-from orchestrator.viewing import palette, pictures
-from orchestrator.viewing.pictures import Boxes
-from orchestrator.viewing.shapes import (
+from orchestrator.pictures import drawing, palette
+from orchestrator.pictures.drawing import Boxes
+from orchestrator.pictures.shapes import (
     Array,
     Car,
     Colour,
@@ -29,7 +27,9 @@ from orchestrator.viewing.shapes import (
     Surface,
     entity,
 )
-from orchestrator.viewing.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Columns, Recorded
+from orchestrator.pictures.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Columns, Recorded
+from orchestrator.results.path_geometry import path_lines
+from orchestrator.system.scene import Scene
 
 FLAT: Final = 0.02
 """[m] height of the footprints: from above, bodies would hide where a vehicle ends"""
@@ -71,7 +71,7 @@ class World:
         path, plan = (palette.PATH, palette.PLAN) if own is None else (palette.paler(own, 0.3), own)
         corridor = palette.CORRIDOR if own is None else palette.paler(own)
         if "ego" in parts:
-            for name, height in (("footprint", FLAT), ("body", pictures.HEIGHT)):
+            for name, height in (("footprint", FLAT), ("body", drawing.HEIGHT)):
                 yield Car(
                     entity=self._at("ego", name),
                     length=self._scene.ego_length,
@@ -113,11 +113,11 @@ class World:
 
     def _label_at(self, name: str) -> tuple[float, float, float]:
         side = -self._scene.ego_width / 2 - _BESIDE
-        return (0, side - self._below, FLAT) if name == "footprint" else (0, side, pictures.HEIGHT - self._below)
+        return (0, side - self._below, FLAT) if name == "footprint" else (0, side, drawing.HEIGHT - self._below)
 
     def _road_to(self, x: Array) -> Iterator[Style]:
-        places = np.clip(x[np.isfinite(x)], *pictures.ROAD_AT_MOST)
-        needed = (places.min(initial=0) - pictures.ROAD_BEFORE, places.max(initial=0) + pictures.ROAD_BEFORE)
+        places = np.clip(x[np.isfinite(x)], *drawing.ROAD_AT_MOST)
+        needed = (places.min(initial=0) - drawing.ROAD_BEFORE, places.max(initial=0) + drawing.ROAD_BEFORE)
         if needed[0] >= self._road[0] and needed[1] <= self._road[1]:
             return
         low = float(min(self._road[0], 100 * np.floor(needed[0] / 100)))
@@ -127,26 +127,26 @@ class World:
         yield Surface(entity=self._at("road"), x=self._road, y=sides, colour=palette.ROAD)
         edges = np.array([[[low, y, 0], [high, y, 0]] for y in sides])
         yield Still(entity=self._at("road", "edges"), strips=edges, colour=palette.EDGE, size=0.08, of_world=True)
-        marks = pictures.raised(pictures.lane_marks(self._scene, low, high), 0)
+        marks = drawing.raised(drawing.lane_marks(self._scene, low, high), 0)
         yield Still(entity=self._at("road", "lanes"), strips=marks, colour=palette.MARK, size=0.06, of_world=True)
 
     def _ego(self, ego: tuple[Array, ...], error: Array | None) -> Iterator[Shape]:
         x, y, psi = ego
         places = np.column_stack([x, y, np.zeros_like(x)])
-        yield Pose(entity=self._at("ego"), places=places, rotations=pictures.quaternions(psi))
+        yield Pose(entity=self._at("ego"), places=places, rotations=drawing.quaternions(psi))
         yield Pose(entity=self._at("follow"), places=places * [1, 0, 1])
         colours = None
         if self._colour is None:
             plain = np.tile(np.array(palette.EGO, dtype=np.uint8), (len(x), 1))
-            colours = pictures.rgba(plain if error is None else pictures.error_colours(error))
-        yield Points(entity=self._at("trail"), places=pictures.raised(places[:, :2], 0.1), colours=colours)
+            colours = drawing.rgba(plain if error is None else drawing.error_colours(error))
+        yield Points(entity=self._at("trail"), places=drawing.raised(places[:, :2], 0.1), colours=colours)
 
     def _obstacles(self, boxes: Boxes, known: Array) -> Iterator[Shape]:
         rows = self._memory.news("obstacles", known)
         boxes = boxes.where(rows)
         place, size = np.column_stack([boxes.x, boxes.y]), np.column_stack([boxes.length, boxes.width]) / 2
-        turned = pictures.quaternions(boxes.psi)
-        for name, height in (("footprint", FLAT), ("body", pictures.HEIGHT)):
+        turned = drawing.quaternions(boxes.psi)
+        for name, height in (("footprint", FLAT), ("body", drawing.HEIGHT)):
             half = np.full((len(place), 1), height / 2)
             yield Solids(
                 entity=self._at("obstacles", name),
@@ -160,7 +160,7 @@ class World:
             entity=self._at("obstacles", "boundary"),
             rows=rows,
             counts=boxes.count,
-            strips=pictures.raised(pictures.boundaries(boxes, self._scene.l_gap), 0.03),
+            strips=drawing.raised(drawing.boundaries(boxes, self._scene.l_gap), 0.03),
             labels=[f"#{i}" for i in boxes.id],
         )
 
@@ -170,9 +170,9 @@ class World:
             return
         rows = self._memory.news("path", np.column_stack(path))
         x, y = path[0][rows], path[1][rows]
-        strips = [pictures.raised(line, 0.04) for line in path_lines(x, y)]
+        strips = [drawing.raised(line, 0.04) for line in path_lines(x, y)]
         yield Lines(entity=self._at("path"), rows=rows, strips=strips)
-        labels = pictures.waypoint_labels(x, y) if self._colour is None else None
+        labels = drawing.waypoint_labels(x, y) if self._colour is None else None
         points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.05)])
         counts = [x.shape[1]] * len(x)
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)

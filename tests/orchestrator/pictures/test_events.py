@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from orchestrator.pictures import drawing, events, plots
+from orchestrator.pictures.signals import Columns, cast, signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.viewing import events, layout, pictures
-from orchestrator.viewing.signals import Columns, cast, signals
 
 STATIC = prepare("static", Options(mode="blocks"))
 WHO = cast(STATIC.system)
@@ -26,11 +26,11 @@ def frame():
 
 def _told(frame, batches=1):
     """(row of the run, level, text) of all events."""
-    log = events.Log(WHO, STATIC.scene, layout.limits(STATIC.system, SIGNALS))
+    log = events.Log(WHO, STATIC.scene, plots.limits(STATIC.system, SIGNALS))
     found, first = [], 0
     for rows in np.array_split(np.arange(len(frame)), batches):
         columns = Columns(frame.iloc[rows], SIGNALS)
-        boxes, _ = pictures.obstacles(columns, WHO)
+        boxes, _ = drawing.obstacles(columns, WHO)
         found += [(first + event.row, event.level, event.text) for event in log.of(columns, boxes)]
         first += len(rows)
     return found

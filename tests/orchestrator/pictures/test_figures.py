@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from orchestrator.figures import draw
+from orchestrator.pictures.figures import draw
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 from orchestrator.system.system import System

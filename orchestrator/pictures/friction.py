@@ -14,11 +14,22 @@ from typing import Any, Final
 
 import numpy as np
 
+from orchestrator.pictures import palette
+from orchestrator.pictures.plots import parameter_values
+from orchestrator.pictures.shapes import (
+    Array,
+    Colour,
+    Lines,
+    LineStyle,
+    Points,
+    PointStyle,
+    Shape,
+    Still,
+    Style,
+    entity,
+)
+from orchestrator.pictures.signals import Cast, Columns, Recorded
 from orchestrator.system.system import System
-from orchestrator.viewing import palette
-from orchestrator.viewing.layout import parameter_values
-from orchestrator.viewing.shapes import Array, Colour, Lines, LineStyle, Points, PointStyle, Shape, Still, Style, entity
-from orchestrator.viewing.signals import Cast, Columns, Recorded
 
 APART: Final = 1.5
 """Half of the distance between the middles of the two circles, in shares of the limit"""

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.buses import SolverStatus
+from orchestrator.pictures.drawing import Boxes
+from orchestrator.pictures.plots import Limit
+from orchestrator.pictures.shapes import Array, Memory
+from orchestrator.pictures.signals import PATH, POSE, Cast, Columns, Recorded
 from orchestrator.results import geometry
 from orchestrator.system.scene import Scene
-from orchestrator.viewing.layout import Limit
-from orchestrator.viewing.pictures import Boxes
-from orchestrator.viewing.shapes import Array, Memory
-from orchestrator.viewing.signals import PATH, POSE, Cast, Columns, Recorded
 
 PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back")
 _PHASE_EVENTS: Final = {

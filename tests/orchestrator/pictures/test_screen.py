@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orchestrator.pictures import plots, screen
+from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
+from orchestrator.pictures.signals import signals
 from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.viewing import layout, screen
-from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
-from orchestrator.viewing.signals import signals
 
 STATIC = prepare("static", Options(mode="blocks"))
 
@@ -41,7 +41,7 @@ def test_a_run_is_answered_question_by_question():
     ]
     columns = run.parts[1].parts
     assert [head.kind for head in columns] == ["tabs"] * 5
-    assert [column.title for head in columns for column in head.parts] == [*layout.QUESTIONS, "When was what?"]
+    assert [column.title for head in columns for column in head.parts] == [*plots.QUESTIONS, "When was what?"]
     assert (signals.title, about.title) == ("All signals", "About this run")
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
+from orchestrator.pictures import drawing
+from orchestrator.pictures.signals import PATH, Columns, Recorded, cast, signals
 from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.viewing import pictures
-from orchestrator.viewing.signals import PATH, Columns, Recorded, cast, signals
 
 
 @pytest.fixture(scope="module")
@@ -20,16 +20,16 @@ def test_what_was_not_recorded_is_not_there(static):
     assert [s.path for s in columns.signals] == ["plant.state.x"]
     assert columns.bus("plant", "state", "x", "y") is None
     assert columns.bus(None, "state", "x") is None
-    assert pictures.obstacles(columns, cast(static.system)) is None
-    assert pictures.errors(columns, cast(static.system)) is None
+    assert drawing.obstacles(columns, cast(static.system)) is None
+    assert drawing.errors(columns, cast(static.system)) is None
 
 
 def test_only_what_is_recorded_at_the_same_ticks_meets_in_a_picture(static):
     who = cast(static.system)
-    assert pictures.has_errors(Recorded(static.system), who)
+    assert drawing.has_errors(Recorded(static.system), who)
     path = [f"controller.path.{name}[{i + 1}]" for name in "xy" for i in range(15)]
     place = ["plant.state.x", "plant.state.y"]
-    assert pictures.has_errors(Recorded(static.system, [[*path, *place]]), who)
+    assert drawing.has_errors(Recorded(static.system, [[*path, *place]]), who)
     apart = Recorded(static.system, [path, place])
     assert [signal.path for signal in apart.signals] == [
         "plant.state.x",
@@ -38,5 +38,5 @@ def test_only_what_is_recorded_at_the_same_ticks_meets_in_a_picture(static):
         "controller.path.y",
     ]
     assert apart.bus("plant", "state", "x", "y")
-    assert not pictures.has_errors(apart, who)
+    assert not drawing.has_errors(apart, who)
     assert not Recorded(static.system, [path[:-1]]).bus("controller", *PATH)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from orchestrator.pictures.signals import Signal, cast
 from orchestrator.system.system import System
-from orchestrator.viewing.signals import Signal, cast
 
 QUESTIONS: Final = (
     DID := "What did it do?",

@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from orchestrator.viewing import palette
+from orchestrator.pictures import palette
 
 GROUNDS = ((13, 14, 14), (255, 255, 255))
 """Of plots, in the dark and the light theme"""

@@ -11,10 +11,10 @@ import pytest
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.units.unit import Interface
+from orchestrator.pictures import palette, screen, shapes
+from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 from orchestrator.system.system import System
-from orchestrator.viewing import palette, screen, shapes
 from orchestrator.viewing.rerun_stream import blueprint, write
-from orchestrator.viewing.run_picture import MICROSECONDS, RunPicture
 
 
 class Gear(IntEnum):

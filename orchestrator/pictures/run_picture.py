@@ -16,10 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.system.scene import Scene
-from orchestrator.system.system import System
-from orchestrator.viewing import events, friction, layout, palette, pictures, world
-from orchestrator.viewing.shapes import (
+from orchestrator.pictures import drawing, events, friction, palette, plots, world
+from orchestrator.pictures.shapes import (
     Memory,
     Messages,
     SeriesStyle,
@@ -30,7 +28,9 @@ from orchestrator.viewing.shapes import (
     Values,
     entity,
 )
-from orchestrator.viewing.signals import Columns, Recorded, cast
+from orchestrator.pictures.signals import Columns, Recorded, cast
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
@@ -58,7 +58,7 @@ class RunPicture:
         self.system, self.run, self.who = system, run, cast(system)
         self._recorded = Recorded(system, recorded)
         self.signals = self._recorded.signals
-        self.limits = layout.limits(system, self.signals)
+        self.limits = plots.limits(system, self.signals)
         self.timed = timed and bool(self.signals)
         self._parts = world.recorded_parts(self._recorded, self.who)
         self.scene = scene if self._parts else None
@@ -81,7 +81,7 @@ class RunPicture:
     @cached_property
     def has_path_error(self) -> bool:
         """Whether there are a vehicle and a path to compare."""
-        return pictures.has_errors(self._recorded, self.who)
+        return drawing.has_errors(self._recorded, self.who)
 
     @cached_property
     def has_states(self) -> bool:
@@ -137,11 +137,11 @@ class RunPicture:
         if step_times is not None:
             times = np.asarray(step_times, dtype=float)[: len(columns.time)] * 1e6
             yield Values(entity=self.at("performance", "step_time"), values=times)
-        error = pictures.errors(columns, self.who)
+        error = drawing.errors(columns, self.who)
         if error is not None:
             yield Values(entity=self.at("derived", "path_error"), values=error)
         yield from friction.shapes(columns, self.who, self._most, self.run)
-        boxes = pictures.obstacles(columns, self.who)
+        boxes = drawing.obstacles(columns, self.who)
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._happenings(columns, None if boxes is None else boxes[0])
@@ -178,7 +178,7 @@ class RunPicture:
             if names := list(signal.states.values()):
                 yield self._states(self.at("states", *signal.path.split(".")), names)
         for limit in self.limits:
-            at = self.at(*layout.limit_parts(limit))
+            at = self.at(*plots.limit_parts(limit))
             yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
 
     def _signal_shapes(self, columns: Columns) -> Iterator[Shape]:
@@ -197,10 +197,10 @@ class RunPicture:
                 yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
         ends = np.unique([0, len(columns.time) - 1])
         for limit in (limit for limit in self.limits if columns.has(limit.signal)):
-            at = self.at(*layout.limit_parts(limit))
+            at = self.at(*plots.limit_parts(limit))
             yield Values(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
-    def _happenings(self, columns: Columns, boxes: pictures.Boxes | None) -> Iterator[Shape]:
+    def _happenings(self, columns: Columns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
         phase = events.phases(columns, self.who)
         if phase is not None:
             at = self.at("states", "manoeuvre")

@@ -20,12 +20,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
+from orchestrator.pictures import drawing, plots
+from orchestrator.pictures.plots import Plot
+from orchestrator.pictures.signals import Cast, Columns, cast, signals
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
-from orchestrator.viewing import layout, pictures
-from orchestrator.viewing.layout import Plot
-from orchestrator.viewing.signals import Cast, Columns, cast, signals
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
@@ -57,7 +57,7 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     """Draw what there is to draw into `folder`, and name the files."""
     columns, who = Columns(frame, signals(system)), cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}
-    plots = [plot for found in layout.questions(system, columns.signals).values() for plot in found]
+    plots = [plot for found in plots.questions(system, columns.signals).values() for plot in found]
     for name, endings in _FILES:
         made[name] = _series(columns, [p for p in plots if any(p.signals[0].endswith(f".{e}") for e in endings)])
     made["path_error"] = _path_error(columns, who)
@@ -102,37 +102,37 @@ def _road(axes: Axes, scene: Scene, low: float, high: float) -> None:
     axes.axhspan(scene.y_right, scene.y_left, color="0.93", zorder=0)
     for edge in (scene.y_right, scene.y_left):
         axes.axhline(edge, color="0.2", linewidth=1.2, zorder=1)
-    strokes = pictures.lane_marks(scene, low - 9, high + 9)
+    strokes = drawing.lane_marks(scene, low - 9, high + 9)
     axes.add_collection(LineCollection(list(strokes), colors="0.6", linewidths=1, zorder=1))
 
 
-def _vehicle(axes: Axes, columns: Columns, state: tuple[pictures.Array, ...], scene: Scene) -> None:
+def _vehicle(axes: Axes, columns: Columns, state: tuple[drawing.Array, ...], scene: Scene) -> None:
     """Where the vehicle was, once a second."""
     moments = np.arange(columns.time[0], columns.time[-1] + 1e-9, _SNAPSHOTS)
     kept = np.unique(np.searchsorted(columns.time, moments - 1e-9))
     x, y, psi = (values[kept] for values in state)
     size = np.ones(len(kept))
-    boxes = pictures.Boxes.of(x, y, psi, scene.ego_length * size, scene.ego_width * size)
+    boxes = drawing.Boxes.of(x, y, psi, scene.ego_length * size, scene.ego_width * size)
     fill = to_rgba(_EGO, 0.15)
-    for i, corners in enumerate(pictures.outlines(boxes, 0.0)):
+    for i, corners in enumerate(drawing.outlines(boxes, 0.0)):
         label = f"ego, every {_SNAPSHOTS:g} s" if i == 0 else None
         axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=_EGO, linewidth=0.7, zorder=3, label=label))
 
 
 def _traffic(axes: Axes, columns: Columns, who: Cast, scene: Scene) -> None:
     """The obstacles with their safety boundaries where they are at the end, and dotted where they were at the start."""
-    found = pictures.obstacles(columns, who)
+    found = drawing.obstacles(columns, who)
     if found is None or not len(found[0].x):
         return
     boxes = found[0]
     first, last = (boxes.where(np.arange(len(boxes.count)) == i) for i in (0, len(boxes.count) - 1))
     moved = first.x.shape != last.x.shape or not np.allclose([first.x, first.y], [last.x, last.y], atol=_STILL)
     if moved:
-        for i, corners in enumerate(pictures.outlines(first, 0.0)):
+        for i, corners in enumerate(drawing.outlines(first, 0.0)):
             start = {"linestyle": ":", "label": None if i else "obstacle, at the start"}
             axes.add_patch(Polygon(corners, fill=False, edgecolor=_OBSTACLE, linewidth=0.8, zorder=2, **start))
     names: tuple[str | None, str | None] = ("obstacle, at the end" if moved else "obstacle", "safety boundary")
-    bodies, boundaries = pictures.outlines(last, 0.0), pictures.outlines(last, scene.l_gap)
+    bodies, boundaries = drawing.outlines(last, 0.0), drawing.outlines(last, scene.l_gap)
     for i, (box, around) in enumerate(zip(bodies, boundaries, strict=True)):
         axes.add_patch(Polygon(box, color=_OBSTACLE, zorder=2, label=names[0]))
         axes.add_patch(Polygon(around, fill=False, edgecolor=_OBSTACLE, linewidth=0.8, zorder=2, label=names[1]))
@@ -152,7 +152,7 @@ def _path(axes: Axes, columns: Columns, who: Cast, stretch: tuple[float, float])
     line = path_lines(x[None, :], y[None, :])[0]
     axes.plot(*line.T, color=_PATH, linewidth=1, linestyle="--", label="path", zorder=3)
     axes.plot(x, y, ".", color=_PATH, markersize=4, zorder=5)
-    for label, p_x, p_y in zip(pictures.waypoint_labels(x, y), x, y, strict=True):
+    for label, p_x, p_y in zip(drawing.waypoint_labels(x, y), x, y, strict=True):
         if label and stretch[0] <= p_x <= stretch[1]:
             axes.annotate(label, (p_x, p_y), (0, -9), textcoords="offset points", ha="center", fontsize=6, color=_PATH)
 
@@ -191,7 +191,7 @@ def _series(columns: Columns, plots: list[Plot]) -> Figure | None:
 
 
 def _path_error(columns: Columns, who: Cast) -> Figure | None:
-    error = pictures.errors(columns, who)
+    error = drawing.errors(columns, who)
     if error is None:
         return None
     figure, panels = _sheet(2.7, 1)

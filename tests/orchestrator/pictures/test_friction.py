@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from components import BLOCKS
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
+from orchestrator.pictures import friction
+from orchestrator.pictures.signals import Columns, Recorded, cast, signals
 from orchestrator.scenario.prepare import Options, default_values, prepare
-from orchestrator.viewing import friction
-from orchestrator.viewing.signals import Columns, Recorded, cast, signals
 
 STATIC = prepare("static", Options(mode="blocks"))
 WHO = cast(STATIC.system)

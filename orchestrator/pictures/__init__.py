@@ -1,0 +1,1 @@
+"""Pictures: what is drawn of a run, as plain shapes and figures."""
