@@ -15,7 +15,7 @@ from orchestrator import run_options
 from orchestrator.console import err, out
 from orchestrator.console import working as _working
 from orchestrator.export_command import export
-from orchestrator.recording_process import RecordingProcess
+from orchestrator.recording.process import RecordingProcess
 from orchestrator.run_options import Fmi
 
 # The commands import what they need themselves: a person waits for every library that is imported here, and while

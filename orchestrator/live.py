@@ -16,8 +16,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator.recording_messages import Request
-from orchestrator.recording_process import TO_VIEWER, RecordingProcess
+from orchestrator.recording.messages import Request
+from orchestrator.recording.process import TO_VIEWER, RecordingProcess
 from orchestrator.viewing.rerun_program import (
     PORT,
     address,

@@ -16,8 +16,8 @@ from typing import Any
 
 from components.interfaces.problem import refuse
 from orchestrator.live import Live
-from orchestrator.recording import Afterwards
-from orchestrator.recording_messages import Recorder, Request
+from orchestrator.recording.messages import Recorder, Request
+from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.provenance import versions

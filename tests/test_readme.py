@@ -14,7 +14,7 @@ import typer
 
 from orchestrator import cli
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.recording import Afterwards
+from orchestrator.recording.recording import Afterwards
 from orchestrator.results.metrics import compute
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare

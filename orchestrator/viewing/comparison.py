@@ -13,9 +13,9 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from orchestrator.pictures import pages, palette, screen
 from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.shapes import Page, SeriesStyle, Shape, Style, Values, entity
+from orchestrator.recording.recording import stream
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
-from orchestrator.viewing import rerun_stream
 
 Rows = Mapping[str, NDArray[Any]]
 Batch: TypeAlias = tuple[NDArray[np.int64], float, Iterator[Shape | Style]]
@@ -28,7 +28,7 @@ def rebuild(run: KeptRun, table: Rows, path: Path) -> None:
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
     batches = [*_batches(picture, groups, scenario.h), *_fault(picture, run, table)]
-    rerun_stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
+    stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
 
 
 def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequence[str], path: Path) -> None:
@@ -58,7 +58,7 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
         batches += [*_batches(pictures[i], groups[i], h), *_fault(pictures[i], run, table)]
         if i:
             batches.append((_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
-    rerun_stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
+    stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
 
 
 def difference(first: Rows, other: Rows, column: str) -> NDArray[np.float64]:

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from orchestrator.live import Live, Wish
-from orchestrator.recording import Recording
-from orchestrator.recording_messages import Request
-from orchestrator.recording_process import RecordingProcess
+from orchestrator.recording.messages import Request
+from orchestrator.recording.process import RecordingProcess
+from orchestrator.recording.recording import Recording
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare

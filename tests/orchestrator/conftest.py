@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orchestrator.recording.stream import RerunStream
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.viewing.rerun_stream import RerunStream
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")
 

@@ -18,7 +18,7 @@ from rerun.chunk import RrdReader
 from components.interfaces.problem import RequestError
 from orchestrator import live
 from orchestrator.live import Live, Wish, wish
-from orchestrator.recording import Afterwards
+from orchestrator.recording.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer

@@ -26,8 +26,8 @@ from rerun.chunk import RrdReader
 from orchestrator import live, run
 from orchestrator.live import Live, Wish
 from orchestrator.pictures.signals import signals
-from orchestrator.recording import Afterwards
-from orchestrator.recording_process import RecordingProcess
+from orchestrator.recording.process import RecordingProcess
+from orchestrator.recording.recording import Afterwards
 from orchestrator.results import run_folder
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare
@@ -133,7 +133,7 @@ def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(t
 
 
 def test_when_the_recording_process_hangs_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
-    monkeypatch.setattr("orchestrator.recording_process._WRITES_WITHIN", 1.0)
+    monkeypatch.setattr("orchestrator.recording.process._WRITES_WITHIN", 1.0)
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
         stop = recording._process.send_signal
@@ -147,7 +147,7 @@ def test_a_recording_that_cannot_be_written_is_told_of_and_nothing_else_is_missi
     def close(*_):
         raise ValueError("no room")
 
-    monkeypatch.setattr("orchestrator.recording.Recording.close", close)
+    monkeypatch.setattr("orchestrator.recording.recording.Recording.close", close)
     finished = execute(static(stop_time=1.0), tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
     assert finished.notes == ("recording.rrd is not whole: ValueError: no room",)
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["status"] == "finished"

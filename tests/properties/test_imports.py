@@ -67,7 +67,7 @@ def test_no_sockets_folder_imports_another_and_the_interfaces_import_none(folder
 
 @pytest.mark.parametrize(
     ("package", "allowed"),
-    [("fmpy", ("fmus/",)), ("casadi", ("components/", "fmus/")), ("rerun", ("orchestrator/viewing/rerun_stream.py",))],
+    [("fmpy", ("fmus/",)), ("casadi", ("components/", "fmus/")), ("rerun", ("orchestrator/recording/stream.py",))],
 )
 def test_a_library_stays_where_it_belongs(package, allowed):
     found = users(package)

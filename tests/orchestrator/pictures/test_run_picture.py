@@ -13,8 +13,8 @@ from components.interfaces.record import Variable
 from fmus.units.unit import Interface
 from orchestrator.pictures import palette, screen, shapes
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
+from orchestrator.recording.stream import blueprint, write
 from orchestrator.system.system import System
-from orchestrator.viewing.rerun_stream import blueprint, write
 
 
 class Gear(IntEnum):

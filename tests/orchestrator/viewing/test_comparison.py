@@ -15,15 +15,15 @@ from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
 from orchestrator.pictures.run_picture import MICROSECONDS
-from orchestrator.recording import Afterwards
-from orchestrator.recording_messages import Request
+from orchestrator.recording.messages import Request
+from orchestrator.recording.recording import Afterwards
+from orchestrator.recording.stream import read_series
 from orchestrator.results import run_folder as kept
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
-from orchestrator.viewing.rerun_stream import read_series
 
 LINE = arrays(float, 21, elements=st.floats(-1e3, 1e3))
 

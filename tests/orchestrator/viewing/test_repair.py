@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from components.interfaces.problem import RequestError
+from orchestrator.recording.stream import RerunStream, read_series
 from orchestrator.results.run_folder import find
 from orchestrator.viewing import repair
-from orchestrator.viewing.rerun_stream import RerunStream, read_series
 
 
 @pytest.fixture

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from orchestrator.recording_messages import Request
+from orchestrator.recording.messages import Request
 from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import Batch
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
+    from orchestrator.recording.stream import RerunStream
     from orchestrator.stepping.master import Simulation
-    from orchestrator.viewing.rerun_stream import RerunStream
 
 LARGE: Final = 600
 """rows of a batch; more of them hardly make a row smaller"""
@@ -68,7 +68,7 @@ class Recording:
         _beside(self._file).replace(self._file)
 
     def _open(self, sink: Path | str) -> RerunStream:
-        from orchestrator.viewing.rerun_stream import RerunStream  # noqa: PLC0415
+        from orchestrator.recording.stream import RerunStream  # noqa: PLC0415
 
         scenario = self._scenario
         return RerunStream(

@@ -19,7 +19,7 @@ from typing import IO, Any, Final, TypeAlias
 
 from typing_extensions import override
 
-from orchestrator.recording_messages import Request, Rows
+from orchestrator.recording.messages import Request, Rows
 
 Messages: TypeAlias = "queue.SimpleQueue[bytes | None]"
 _LINGERS: Final = 5.0
@@ -70,11 +70,11 @@ def _next(messages: Messages) -> Any:
 
 def _record(messages: Messages, receiver: threading.Thread) -> None:
     # slow to import; the run is prepared meanwhile
-    from orchestrator.recording import Recording, joined  # noqa: PLC0415
+    from orchestrator.recording.recording import Recording, joined  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
-    importlib.import_module("orchestrator.viewing.rerun_stream")  # `Recording` would import it later
+    importlib.import_module("orchestrator.recording.stream")  # `Recording` would import it later
     request: Request | None = _next(messages)
     if request is None:
         return

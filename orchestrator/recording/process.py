@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Final, Self
 
-from orchestrator.recording_messages import Request, Rows, send
+from orchestrator.recording.messages import Request, Rows, send
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
     from orchestrator.stepping.master import Simulation
@@ -44,7 +44,7 @@ class RecordingProcess:
 
     def __enter__(self) -> Self:
         self._said = tempfile.TemporaryFile()
-        command = [sys.executable, "-m", "orchestrator.recording_worker"]
+        command = [sys.executable, "-m", "orchestrator.recording.worker"]
         # a session of its own: Ctrl-C in the terminal is for the run, which then ends this process in order
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, start_new_session=True

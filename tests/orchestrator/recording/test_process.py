@@ -15,9 +15,9 @@ from dataclasses import replace
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import recording_worker
-from orchestrator.recording_messages import Request, Rows, send
-from orchestrator.recording_process import RecordingProcess
+from orchestrator.recording.messages import Request, Rows, send
+from orchestrator.recording.process import RecordingProcess
+from orchestrator.recording.recording import worker
 from orchestrator.results import summary
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
@@ -55,10 +55,10 @@ class WhoReadsThis:
 def test_the_thread_that_takes_messages_leaves_their_meaning_and_its_imports_to_the_main_one():
     messages = queue.SimpleQueue()
     stream = io.BytesIO(as_sent(WhoReadsThis()) * 2 + as_sent(WhoReadsThis())[:-1])
-    thread = threading.Thread(target=recording_worker._receive, args=(stream, messages))
+    thread = threading.Thread(target=worker._receive, args=(stream, messages))
     thread.start()
     thread.join()
-    assert recording_worker._waiting(messages) == [threading.main_thread()] * 2 + [None]
+    assert worker._waiting(messages) == [threading.main_thread()] * 2 + [None]
 
 
 def read(folder):
@@ -96,7 +96,7 @@ def test_rows_are_recorded_while_the_simulation_steps(simulation, tmp_path):
 
 def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     simulation.run()
-    command = [sys.executable, "-m", "orchestrator.recording_worker"]
+    command = [sys.executable, "-m", "orchestrator.recording.worker"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdin.write(as_sent(request(simulation, tmp_path)))
         process.stdin.write(as_sent(Rows(simulation.log.batches(0, 15, simulation.step_times))))
@@ -195,7 +195,7 @@ def test_a_run_that_breaks_off_is_said_to_be_cut_short(simulation, tmp_path):
 @pytest.mark.slow
 def test_a_process_whose_viewer_hangs_does_not_outlive_its_run_for_long(simulation, tmp_path):
     simulation.run()
-    command = [sys.executable, "-m", "orchestrator.recording_worker"]
+    command = [sys.executable, "-m", "orchestrator.recording.worker"]
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"rerun+http://127.0.0.1:{silent.getsockname()[1]}/proxy"
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:

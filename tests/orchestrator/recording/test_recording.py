@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator.recording import LARGE, Afterwards, Recording, joined
-from orchestrator.recording_messages import Request
+from orchestrator.recording.messages import Request
+from orchestrator.recording.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare

@@ -11,10 +11,10 @@ from rerun.chunk import RrdReader
 
 from orchestrator.pictures.drawing import error_colours, rgba
 from orchestrator.pictures.signals import signals
+from orchestrator.recording.stream import RerunStream
 from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.system import System
-from orchestrator.viewing.rerun_stream import RerunStream
 
 
 @pytest.fixture(autouse=True)

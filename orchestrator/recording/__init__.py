@@ -1,0 +1,1 @@
+"""The recording beside the run; the only room that imports rerun."""
