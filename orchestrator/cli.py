@@ -239,7 +239,7 @@ def check(
     Exit code 0: all well, and it fits the socket that was named, perhaps by conversions that are listed; 1: it breaks
     rules, cannot be used, or does not fit the socket; 2: the request was wrong.
     """
-    from orchestrator.check import check as checking  # noqa: PLC0415
+    from orchestrator.exchange.check import check as checking  # noqa: PLC0415
 
     with _working() as progress:
         progress(f"reading {file}")

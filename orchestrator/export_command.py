@@ -34,7 +34,7 @@ def export(  # noqa: PLR0913 - one parameter per option of the command
     with working() as progress:
         progress("getting ready")
         from fmus.toolchain.version import Version  # noqa: PLC0415
-        from orchestrator.export import Targets, default_mode, write  # noqa: PLC0415
+        from orchestrator.exchange.export import Targets, default_mode, write  # noqa: PLC0415
         from orchestrator.scenario.prepare import Options  # noqa: PLC0415
 
         options = Options(

@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
-from orchestrator import container
+from orchestrator.exchange import container
 from orchestrator.scenario.prepare import Options, Scenario, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.schedule import Algorithm

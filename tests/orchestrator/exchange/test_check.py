@@ -9,7 +9,7 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.sockets import SOCKETS
 from fmus.toolchain.version import Version
-from orchestrator.check import check
+from orchestrator.exchange.check import check
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import write_template
 from orchestrator.scenario.prepare import Options, Scenario, prepare

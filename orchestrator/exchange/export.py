@@ -9,7 +9,7 @@ from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
 from fmus.toolchain.version import Version
-from orchestrator import container
+from orchestrator.exchange import container
 from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
 from orchestrator.scenario.prepare import Mode, Options
