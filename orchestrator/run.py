@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import refuse
-from orchestrator.live import Live
 from orchestrator.recording.messages import Recorder, Request
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
@@ -27,6 +26,7 @@ from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.stepping.rows import EVERYTHING, paces, without_gaps
 from orchestrator.stepping.schedule import Algorithm, algorithm_named
+from orchestrator.viewing.live import Live
 
 RECORDING = "recording.rrd"
 

@@ -10,7 +10,6 @@ import time
 import numpy as np
 import pytest
 
-from orchestrator.live import Live, Wish
 from orchestrator.recording.messages import Request
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Recording
@@ -19,6 +18,7 @@ from orchestrator.results.parquet import write_signals
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
+from orchestrator.viewing.live import Live, Wish
 
 TICKS = 601
 """of 0.1 s: a simulated minute"""

@@ -23,8 +23,7 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator import live, run
-from orchestrator.live import Live, Wish
+from orchestrator import run
 from orchestrator.pictures.signals import signals
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Afterwards
@@ -32,7 +31,8 @@ from orchestrator.results import run_folder
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.viewing import rerun_program
+from orchestrator.viewing import live, rerun_program
+from orchestrator.viewing.live import Live, Wish
 from orchestrator.viewing.repair import whole_recording
 
 # a recording that was cut short has no footer, and Rerun says so

@@ -16,13 +16,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
-from orchestrator import live
-from orchestrator.live import Live, Wish, wish
 from orchestrator.recording.recording import Afterwards
 from orchestrator.run import Beside, execute
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.viewing import rerun_program
+from orchestrator.viewing import live, rerun_program
+from orchestrator.viewing.live import Live, Wish, wish
 
 # a stream that was saved has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
