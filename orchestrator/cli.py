@@ -197,8 +197,9 @@ def reproduce(
     """Run every experiment of the paper, and say which of its claims hold."""
     with _working() as progress:
         progress("getting ready")
-        from orchestrator.reproduction import experiments, variations  # noqa: PLC0415
         from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
+        from orchestrator.reproduction.paper import experiments  # noqa: PLC0415
+        from orchestrator.reproduction.varied.varied_set import variations  # noqa: PLC0415
 
         wanted = experiments.load()
         request = variations.request(varied, seed) if varied != 0 else None
@@ -215,13 +216,13 @@ def _drive(request: Any) -> Any:
     """Drive the variations, with a bar that says how far."""
     from rich.progress import Progress  # noqa: PLC0415
 
-    from orchestrator.reproduction import varied  # noqa: PLC0415
+    from orchestrator.reproduction.varied.varied_set import varied_set  # noqa: PLC0415
 
     with _working() as progress:
-        varied.build(request, progress)
+        varied_set.build(request, progress)
     with Progress(console=err) as bar:
         cases = bar.add_task("driving variations", total=len(request.cases))
-        return varied.run(request, lambda: bar.advance(cases))
+        return varied_set.run(request, lambda: bar.advance(cases))
 
 
 @app.command()

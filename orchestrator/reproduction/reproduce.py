@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import refuse
-from orchestrator.reproduction import claims, evidence, goals, report, runs, timing, varied_content
-from orchestrator.reproduction.experiments import Experiments
-from orchestrator.reproduction.varied import VariedSet
-from orchestrator.reproduction.verdict import Verdict
+from orchestrator.reproduction import runs, timing
+from orchestrator.reproduction.paper import claims, evidence, goals
+from orchestrator.reproduction.paper.experiments import Experiments
+from orchestrator.reproduction.paper.verdict import Verdict
+from orchestrator.reproduction.report.report import report
+from orchestrator.reproduction.varied.varied_set import VariedSet, varied_content
 
 LIST: Final = "experiments.json"
 """The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
@@ -51,7 +53,7 @@ def _varied(varied: VariedSet | None, folder: Path) -> dict[str, Any] | None:
     """What the report tells of a varied set, with its figure."""
     if varied is None:
         return None
-    from orchestrator.reproduction import varied_plots  # noqa: PLC0415 - matplotlib takes its time
+    from orchestrator.reproduction.varied.varied_set import varied_plots  # noqa: PLC0415 - matplotlib takes its time
 
     told = varied_content.content(varied)
     varied_plots.draw(told, folder / "figures" / "varied.png")
@@ -89,9 +91,10 @@ def _drawn(
     pool: ProcessPoolExecutor,
 ) -> list[tuple[str, str]]:
     """The figures, drawn by the processes that ran the experiments; file name and caption of each."""
-    from orchestrator.reproduction import plots  # noqa: PLC0415 - matplotlib takes its time
+    from orchestrator.reproduction.report.report import result_figures  # noqa: PLC0415 - matplotlib takes its time
 
     futures = [
-        (p, pool.submit(plots.draw, p, outcomes, found, folder / "figures" / f"{p.name}.png")) for p in wanted.figures
+        (p, pool.submit(result_figures.draw, p, outcomes, found, folder / "figures" / f"{p.name}.png"))
+        for p in wanted.figures
     ]
     return [(picture.name, picture.caption) for picture, future in futures if future.result()]

@@ -15,7 +15,7 @@ from components import BLOCKS
 from fmus.toolchain.version import Version
 from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
-from orchestrator.reproduction.experiments import Experiments, Role, Run
+from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.results.summary import SUMMARY
 from orchestrator.scenario.prepare import Options, prepare
 

@@ -18,8 +18,8 @@ from components import BLOCKS
 from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.record import Variable
 from fmus.units.unit import Column, Unit, positions, widths
-from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Timing
-from orchestrator.reproduction.experiments import TimingPlan
+from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Timing
+from orchestrator.reproduction.paper.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options
 from orchestrator.scenario.prepare import Mode, Options, prepare
 from orchestrator.system.system import Source

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.reproduction import experiments, variations, varied
+from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
+from orchestrator.reproduction.varied.varied_set import variations, varied_set
 
 
 @pytest.mark.slow
@@ -18,4 +19,4 @@ def test_reproduce(benchmark, built_fmus, tmp_path):
 @pytest.mark.slow
 def test_200_variations(benchmark, built_fmus):
     request = variations.request(200, seed=1)
-    benchmark.pedantic(varied.run, args=(request, lambda: None), rounds=1)
+    benchmark.pedantic(varied_set.run, args=(request, lambda: None), rounds=1)

@@ -6,8 +6,8 @@ import pytest
 
 from orchestrator import cli
 from orchestrator.reproduction import reproduce as reproduction
+from orchestrator.reproduction.paper.verdict import Case, Verdict
 from orchestrator.reproduction.reproduce import Reproduced
-from orchestrator.reproduction.verdict import Case, Verdict
 
 
 @pytest.mark.parametrize(

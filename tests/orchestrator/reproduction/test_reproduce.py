@@ -8,9 +8,10 @@ import re
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.reproduction import experiments, variations
-from orchestrator.reproduction import varied as driving
+from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
+from orchestrator.reproduction.varied.varied_set import variations
+from orchestrator.reproduction.varied.varied_set import varied_set as driving
 
 LIST = """
 [[runs]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.reproduction import experiments
-from orchestrator.reproduction.experiments import Kind, Role
+from orchestrator.reproduction.paper import experiments
+from orchestrator.reproduction.paper.experiments import Kind, Role
 
 
 def listed(tmp_path, text):

@@ -12,11 +12,11 @@ from typing import Any, Final
 
 from markdown_it import MarkdownIt
 
-from orchestrator.reproduction.evidence import Evidence, Result
-from orchestrator.reproduction.experiments import Experiments
+from orchestrator.reproduction.paper.evidence import Evidence, Result
+from orchestrator.reproduction.paper.experiments import Experiments
+from orchestrator.reproduction.paper.verdict import Verdict, verdict_data
+from orchestrator.reproduction.report.text import markdown
 from orchestrator.reproduction.runs import Outcome, command
-from orchestrator.reproduction.text import markdown
-from orchestrator.reproduction.verdict import Verdict, verdict_data
 from orchestrator.results.provenance import versions
 
 TEMPLATE: Final = Path(__file__).parent / "report.template.html"

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orchestrator.pictures.figures import _DPI, _WIDTH
-from orchestrator.reproduction.plots import looks
+from orchestrator.reproduction.report.result_figures import looks
 
 _PANELS: Final = (
     ("gap_edge", "gap to edge [m]", (-1.5, 1.0)),

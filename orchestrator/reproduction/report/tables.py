@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from orchestrator.reproduction.metric_names import number, title
+from orchestrator.reproduction.report.metric_names import number, title
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -30,9 +30,9 @@ from orchestrator.pictures.figures import (
     _vehicle,
 )
 from orchestrator.pictures.signals import Cast, Columns, cast, signals
-from orchestrator.reproduction import matched
-from orchestrator.reproduction.evidence import Evidence, Result
-from orchestrator.reproduction.experiments import Kind, Picture
+from orchestrator.reproduction.paper import matched
+from orchestrator.reproduction.paper.evidence import Evidence, Result
+from orchestrator.reproduction.paper.experiments import Kind, Picture
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.ssp import reader as ssp_reader

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from orchestrator.reproduction.evidence import off_path, sign_changes, trajectory_distance
+from orchestrator.reproduction.paper.evidence import off_path, sign_changes, trajectory_distance
 
 
 @pytest.mark.parametrize(

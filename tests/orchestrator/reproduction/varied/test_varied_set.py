@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.reproduction import runs, variations, varied, varied_content
-from orchestrator.reproduction.evidence import Result
-from orchestrator.reproduction.experiments import Role
-from orchestrator.reproduction.varied import Driven, VariedSet
+from orchestrator.reproduction import runs
+from orchestrator.reproduction.paper.evidence import Result
+from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.varied.varied_set import Driven, VariedSet, variations, varied_content, varied_set
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
@@ -87,8 +87,8 @@ def test_a_case_run_again_by_its_command_gives_the_same_rows(number, built_fmus)
         ),
     )
     again = simulate(made.system, h=made.h, until=made.until)
-    varied.simulate(CASES[number + 3], driver, FOUND.plant)  # so that the FMUs have been used before
-    frame, scene, fault = varied.simulate(case, driver, FOUND.plant)
+    varied_set.simulate(CASES[number + 3], driver, FOUND.plant)  # so that the FMUs have been used before
+    frame, scene, fault = varied_set.simulate(case, driver, FOUND.plant)
     assert not fault
     assert scene == made.scene or vars(scene) == vars(made.scene)
     np.testing.assert_array_equal(frame.to_numpy(float), again.to_numpy(float))

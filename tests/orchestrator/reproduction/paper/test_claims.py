@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.reproduction import claims, goals
-from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Curve, Evidence, Result, Timing
-from orchestrator.reproduction.experiments import Role
-from orchestrator.reproduction.verdict import Case, Status, condition
+from orchestrator.reproduction.paper import claims, goals
+from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Curve, Evidence, Result, Timing
+from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.verdict import Case, Status, condition
 
 SMOOTH = {
     "gap_obstacle": 1.5,

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from components.interfaces.buses import WAYPOINTS
-from orchestrator.reproduction.experiments import Experiments, Role, Run
+from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results import metrics
 from orchestrator.results.path_geometry import path_error

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from orchestrator.reproduction.evidence import Curve, Result
+from orchestrator.reproduction.paper.evidence import Curve, Result
 
 ACCURACY: Final = "path_error_rms"
 SMOOTHNESS: Final = ("r_total_variation", "r_dot_rms")

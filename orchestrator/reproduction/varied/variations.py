@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 
 from components import BLOCKS
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator.reproduction.experiments import Role, unknown
+from orchestrator.reproduction.paper.experiments import Role, unknown
 from orchestrator.scenario.parameters import checked, read_toml
 from orchestrator.scenario.prepare import prepare
 

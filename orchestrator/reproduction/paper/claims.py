@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from orchestrator.reproduction import matched
-from orchestrator.reproduction.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
-from orchestrator.reproduction.experiments import Role
-from orchestrator.reproduction.verdict import Case, Verdict
+from orchestrator.reproduction.paper import matched
+from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
+from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.verdict import Case, Verdict
 
 ACCURATE_RMS: Final = 0.25
 """[m] rms path error that counts as accurate: the most that is asked of `mpc_plus`"""

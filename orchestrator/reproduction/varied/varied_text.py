@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-from orchestrator.reproduction.metric_names import COLUMNS, number
-from orchestrator.reproduction.tables import details, table, verdict_table
+from orchestrator.reproduction.report.metric_names import COLUMNS, number
+from orchestrator.reproduction.report.tables import details, table, verdict_table
 
 _MOST_LISTED: Final = 20
 """Cases that `mpc_plus` does not come through, listed with their commands; the others stand in `report.json`."""

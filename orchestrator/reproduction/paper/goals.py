@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from orchestrator.reproduction.evidence import TUNED, Evidence
-from orchestrator.reproduction.experiments import Role
-from orchestrator.reproduction.verdict import Case, Verdict
+from orchestrator.reproduction.paper.evidence import TUNED, Evidence
+from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.verdict import Case, Verdict
 
 ACCURATE: Final = 0.25
 """[m] rms path error at most, in the nominal case"""

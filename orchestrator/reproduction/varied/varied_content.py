@@ -7,11 +7,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from orchestrator.reproduction import claims, goals, variations
-from orchestrator.reproduction.evidence import Curve, Evidence, Result
-from orchestrator.reproduction.experiments import Role
-from orchestrator.reproduction.varied import Driven, VariedSet
-from orchestrator.reproduction.verdict import Case, Verdict, verdict_data
+from orchestrator.reproduction.paper import claims, goals
+from orchestrator.reproduction.paper.evidence import Curve, Evidence, Result
+from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.verdict import Case, Verdict, verdict_data
+from orchestrator.reproduction.varied.varied_set import Driven, VariedSet, variations
 
 ENOUGH: Final = 0.95
 """Share of the cases in which a claim has to hold to hold on the varied set."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from orchestrator.reproduction.metric_names import COLUMNS, number
-from orchestrator.reproduction.tables import details, run_link, table, verdict_table
-from orchestrator.reproduction.varied_text import varied_section
+from orchestrator.reproduction.report.metric_names import COLUMNS, number
+from orchestrator.reproduction.report.tables import details, run_link, table, verdict_table
+from orchestrator.reproduction.varied.varied_text import varied_section
 
 _TABLES: Final = (
     ("Safety and accuracy", ("gap_obstacle", "gap_edge", "corridor_violations", "path_error_rms", "path_error_max")),

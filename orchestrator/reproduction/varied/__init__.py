@@ -1,0 +1,1 @@
+"""The varied set: many variations of the scenarios, and what they say."""
