@@ -8,7 +8,7 @@ from hypothesis import settings
 
 from components import BLOCKS
 from fmus.toolchain.version import Version
-from orchestrator import cli
+from orchestrator.command import main
 from orchestrator.scenario.prepare import prepare
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
@@ -33,7 +33,7 @@ def macrostep(in_tmp_path, monkeypatch, capsys):
     def call(*arguments):
         monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:
-            cli.main()
+            main.main()
         said = capsys.readouterr()
         return end.value.code or 0, said.out, said.err
 

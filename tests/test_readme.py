@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 import typer
 
-from orchestrator import cli
+from orchestrator.command import main
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results.metrics import compute
@@ -23,7 +23,7 @@ from orchestrator.stepping.master import simulate
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
-COMMAND = typer.main.get_command(cli.app)
+COMMAND = typer.main.get_command(main.app)
 
 
 def blocks(language: str = "") -> list[str]:

@@ -67,5 +67,5 @@ def test_stepping_the_static_scenario(benchmark, built_fmus, mode):
 
 
 def test_the_command(benchmark, built_fmus, in_tmp_path):
-    command = [sys.executable, "-m", "orchestrator.cli", "run", "static", "--out", "run"]
+    command = [sys.executable, "-m", "orchestrator.command.main", "run", "static", "--out", "run"]
     benchmark.pedantic(partial(subprocess.run, command, check=True, capture_output=True), rounds=5, warmup_rounds=1)

@@ -39,7 +39,7 @@ class NoRecording(nullcontext):
 @pytest.fixture
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
-    monkeypatch.setattr("orchestrator.cli.RecordingProcess", NoRecording)
+    monkeypatch.setattr("orchestrator.command.main.RecordingProcess", NoRecording)
     monkeypatch.setattr("orchestrator.pictures.figures.draw", lambda *_: [])
 
 

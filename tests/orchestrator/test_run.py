@@ -188,7 +188,7 @@ def test_figures_that_cannot_be_drawn_are_told_of_and_nothing_else_is_missing(tm
 
 
 def test_ctrl_c_ends_a_run_in_order(tmp_path):
-    command = [sys.executable, "-m", "orchestrator.cli", "run", "static", "--blocks", "--realtime", "1"]
+    command = [sys.executable, "-m", "orchestrator.command.main", "run", "static", "--blocks", "--realtime", "1"]
     process = subprocess.Popen(
         [*command, "--out", str(tmp_path / "r")], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )

@@ -238,7 +238,7 @@ def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, 
 
 @pytest.mark.viewer
 def test_show_in_the_browser_says_one_thing_the_page(static):
-    command = [sys.executable, "-m", "orchestrator.cli", "show", "--web", str(static)]
+    command = [sys.executable, "-m", "orchestrator.command.main", "show", "--web", str(static)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         first = process.stderr.readline()
         process.send_signal(signal.SIGINT)
@@ -251,7 +251,7 @@ def test_show_in_the_browser_says_one_thing_the_page(static):
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is no way")
 def test_a_page_in_the_browser_ends_with_a_command_that_is_killed(static, monkeypatch, tmp_path):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # who is killed leaves files behind
-    command = [sys.executable, "-m", "orchestrator.cli", "show", "--web", str(static)]
+    command = [sys.executable, "-m", "orchestrator.command.main", "show", "--web", str(static)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         page = re.search(r"http://127\.0\.0\.1:\d+", process.stderr.readline())[0]
         assert answers(page)

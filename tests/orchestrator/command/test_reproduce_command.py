@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator import cli
+from orchestrator.command import main
 from orchestrator.reproduction import reproduce as reproduction
 from orchestrator.reproduction.paper.verdict import Case, Verdict
 from orchestrator.reproduction.reproduce import Reproduced
@@ -19,7 +19,7 @@ from orchestrator.reproduction.reproduce import Reproduced
 )
 def test_a_wrong_request_is_refused_before_anything_is_written(macrostep, in_tmp_path, arguments, message):
     code, _, err = macrostep("reproduce", *arguments)
-    assert code == cli.WRONG
+    assert code == main.WRONG
     assert err == f"macrostep: {message}\n"
     assert list(in_tmp_path.iterdir()) == []
 
@@ -28,7 +28,7 @@ def test_a_folder_with_other_things_in_it_is_refused(macrostep, in_tmp_path):
     (in_tmp_path / "mine").mkdir()
     (in_tmp_path / "mine" / "letter.txt").touch()
     code, _, err = macrostep("reproduce", "--out", "mine")
-    assert code == cli.WRONG
+    assert code == main.WRONG
     assert "mine: found a folder with other things in it" in err
     assert (in_tmp_path / "mine" / "letter.txt").is_file()
 

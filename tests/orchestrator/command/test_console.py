@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator import console
+from orchestrator.command import console
 
 
 @pytest.mark.parametrize("stream", [console.out, console.err], ids=["out", "err"])

@@ -11,12 +11,12 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from orchestrator import run_options
-from orchestrator.console import err, out
-from orchestrator.console import working as _working
-from orchestrator.export_command import export
+from orchestrator.command import options
+from orchestrator.command.console import err, out
+from orchestrator.command.console import working as _working
+from orchestrator.command.export_command import export
+from orchestrator.command.options import Fmi
 from orchestrator.recording.process import RecordingProcess
-from orchestrator.run_options import Fmi
 
 # The commands import what they need themselves: a person waits for every library that is imported here, and while
 # `run` imports its own, the process that records does the same on another core.
@@ -54,26 +54,26 @@ def common(
 
 @app.command()
 def run(  # noqa: PLR0913 - one parameter per option of the command
-    scenario: run_options.Request,
-    plant: run_options.Plant = None,
-    traffic: run_options.Traffic = None,
-    controller: run_options.Controller = None,
-    setting: run_options.Settings = None,
-    fmi: run_options.FmiVersion = Fmi.THREE,
-    blocks: run_options.Blocks = False,  # noqa: FBT002
-    stop_time: run_options.StopTime = None,
-    step: run_options.Step = None,
-    algorithm: run_options.MasterAlgorithm = None,
-    solve_loops: run_options.SolveLoops = False,  # noqa: FBT002
-    lenient: run_options.Lenient = False,  # noqa: FBT002
-    isolate: run_options.Isolate = None,
-    folder: run_options.Out = None,
-    record: run_options.Record = None,
-    live: run_options.Live = False,  # noqa: FBT002
-    no_viewer: run_options.NoViewer = False,  # noqa: FBT002
-    web: run_options.Web = False,  # noqa: FBT002
-    connect: run_options.Connect = None,
-    realtime: run_options.Realtime = None,
+    scenario: options.Request,
+    plant: options.Plant = None,
+    traffic: options.Traffic = None,
+    controller: options.Controller = None,
+    setting: options.Settings = None,
+    fmi: options.FmiVersion = Fmi.THREE,
+    blocks: options.Blocks = False,  # noqa: FBT002
+    stop_time: options.StopTime = None,
+    step: options.Step = None,
+    algorithm: options.MasterAlgorithm = None,
+    solve_loops: options.SolveLoops = False,  # noqa: FBT002
+    lenient: options.Lenient = False,  # noqa: FBT002
+    isolate: options.Isolate = None,
+    folder: options.Out = None,
+    record: options.Record = None,
+    live: options.Live = False,  # noqa: FBT002
+    no_viewer: options.NoViewer = False,  # noqa: FBT002
+    web: options.Web = False,  # noqa: FBT002
+    connect: options.Connect = None,
+    realtime: options.Realtime = None,
 ) -> None:
     """Run a scenario and write its run folder.
 

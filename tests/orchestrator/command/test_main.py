@@ -157,7 +157,7 @@ def test_build_makes_what_is_missing_and_says_where_the_fmus_are(macrostep, in_t
 def test_without_a_compiler_the_message_says_what_to_install(in_tmp_path):
     environment = {**os.environ, "PATH": "", "CC": ""}
     done = subprocess.run(
-        [sys.executable, "-m", "orchestrator.cli", "build", "--out", "built"],
+        [sys.executable, "-m", "orchestrator.command.main", "build", "--out", "built"],
         env=environment,
         capture_output=True,
         text=True,

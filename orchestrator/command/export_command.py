@@ -7,24 +7,24 @@ from typing import Annotated
 
 import typer
 
-from orchestrator import run_options
-from orchestrator.console import err, out, working
-from orchestrator.run_options import Fmi
+from orchestrator.command import options
+from orchestrator.command.console import err, out, working
+from orchestrator.command.options import Fmi
 
 
 def export(  # noqa: PLR0913 - one parameter per option of the command
-    scenario: run_options.Request,
+    scenario: options.Request,
     ssp: Annotated[Path | None, typer.Option(metavar="FILE.ssp", help="Write the system as an SSP file.")] = None,
     container: Annotated[Path | None, typer.Option(metavar="FILE.fmu", help="Write the system as one FMU.")] = None,
-    plant: run_options.Plant = None,
-    traffic: run_options.Traffic = None,
-    controller: run_options.Controller = None,
-    setting: run_options.Settings = None,
+    plant: options.Plant = None,
+    traffic: options.Traffic = None,
+    controller: options.Controller = None,
+    setting: options.Settings = None,
     fmi: Annotated[Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads.")] = None,
-    stop_time: run_options.StopTime = None,
-    step: run_options.Step = None,
-    algorithm: run_options.MasterAlgorithm = None,
-    lenient: run_options.Lenient = False,  # noqa: FBT002
+    stop_time: options.StopTime = None,
+    step: options.Step = None,
+    algorithm: options.MasterAlgorithm = None,
+    lenient: options.Lenient = False,  # noqa: FBT002
 ) -> None:
     """Write a scenario's system for other tools, without running it.
 
