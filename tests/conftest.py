@@ -9,7 +9,7 @@ from hypothesis import settings
 from components import BLOCKS
 from fmus.toolchain.version import Version
 from orchestrator.command import main
-from orchestrator.scenario.prepare import prepare
+from orchestrator.scenario import prepare
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 

@@ -173,7 +173,7 @@ def build(
     """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here), where out of date."""
     from components import BLOCKS  # noqa: PLC0415
     from fmus.toolchain.version import Version  # noqa: PLC0415
-    from orchestrator.scenario.prepare import prepare as scenarios  # noqa: PLC0415
+    from orchestrator.scenario import prepare as scenarios  # noqa: PLC0415
 
     versions = [Version(int(fmi))] if fmi else list(Version)
     target = folder or scenarios.built_folder()
@@ -199,7 +199,7 @@ def reproduce(
         progress("getting ready")
         from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
         from orchestrator.reproduction.paper import experiments  # noqa: PLC0415
-        from orchestrator.reproduction.varied.varied_set import variations  # noqa: PLC0415
+        from orchestrator.reproduction.varied import variations  # noqa: PLC0415
 
         wanted = experiments.load()
         request = variations.request(varied, seed) if varied != 0 else None
@@ -216,7 +216,7 @@ def _drive(request: Any) -> Any:
     """Drive the variations, with a bar that says how far."""
     from rich.progress import Progress  # noqa: PLC0415
 
-    from orchestrator.reproduction.varied.varied_set import varied_set  # noqa: PLC0415
+    from orchestrator.reproduction.varied import varied_set  # noqa: PLC0415
 
     with _working() as progress:
         varied_set.build(request, progress)
@@ -258,7 +258,7 @@ def check(
 def list_() -> None:
     """Show all scenarios and blocks."""
     from components import BLOCKS  # noqa: PLC0415
-    from orchestrator.scenario.prepare import prepare as scenarios  # noqa: PLC0415
+    from orchestrator.scenario import prepare as scenarios  # noqa: PLC0415
 
     table = Table("scenario", "", box=None, title="Scenarios", title_justify="left")
     for name in scenarios.names():

@@ -1,4 +1,4 @@
-"""Reading mapping files (see `orchestrator.mapping.mapping_file`), with everything that is wrong with one told at once."""
+"""Reading mapping files (see `mapping_file`), with everything that is wrong with one told at once."""
 
 from __future__ import annotations
 

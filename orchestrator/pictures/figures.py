@@ -57,9 +57,9 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     """Draw what there is to draw into `folder`, and name the files."""
     columns, who = Columns(frame, signals(system)), cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}
-    plots = [plot for found in plots.questions(system, columns.signals).values() for plot in found]
+    drawn = [plot for found in plots.questions(system, columns.signals).values() for plot in found]
     for name, endings in _FILES:
-        made[name] = _series(columns, [p for p in plots if any(p.signals[0].endswith(f".{e}") for e in endings)])
+        made[name] = _series(columns, [p for p in drawn if any(p.signals[0].endswith(f".{e}") for e in endings)])
     made["path_error"] = _path_error(columns, who)
     folder.mkdir(parents=True, exist_ok=True)
     files: list[Path] = []

@@ -90,12 +90,12 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Gr
     if scenery is not None or asked:
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
         tabs.append(Group("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
-    plots: list[View] = [*_joined([(run, plots.buses(run.signals)) for run in runs], by_bus=True)]
+    series: list[View] = [*_joined([(run, plots.buses(run.signals)) for run in runs], by_bus=True)]
     if not tabs:
-        plots += [*differences, *_wall_time(runs), *_what_happened(runs)]
-    if plots:
-        columns = min(4, ceil(sqrt(len(plots))))
-        tabs.append(Group("grid", plots, title="All signals", columns=columns))
+        series += [*differences, *_wall_time(runs), *_what_happened(runs)]
+    if series:
+        columns = min(4, ceil(sqrt(len(series))))
+        tabs.append(Group("grid", series, title="All signals", columns=columns))
     tabs.append(Panel("page", "About this run" if len(runs) == 1 else "About these runs", "/about"))
     return Group("tabs", tabs)
 
@@ -156,8 +156,8 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
 def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
     """The series that answer each question; a question without an answer is not there."""
     found: dict[str, list[View]] = {}
-    for question, plots in _by_question(runs).items():
-        found[question] = [*_joined(plots)]
+    for question, answers in _by_question(runs).items():
+        found[question] = [*_joined(answers)]
     if erring := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
         found.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", erring))
     return {question: found[question] for question in plots.QUESTIONS if question in found}
@@ -183,8 +183,8 @@ def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture,
     """The plots of each question, run by run; in a comparison one signal each, so that a colour is a run."""
     found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
     for run in runs:
-        for question, plots in plots.questions(run.system, run.signals).items():
-            own = plots if len(runs) == 1 else [one for plot in plots for one in plot.split(run.limits)]
+        for question, answers in plots.questions(run.system, run.signals).items():
+            own = answers if len(runs) == 1 else [one for plot in answers for one in plot.split(run.limits)]
             found.setdefault(question, []).append((run, own))
     return found
 
@@ -198,14 +198,14 @@ def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool 
     return [_series(title, same, by_bus=by_bus) for title, same in found.items()]
 
 
-def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
+def _series(title: str, same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
     """The plots of all runs in one view: its series named by the title if there is room, else by a short legend."""
     contents: list[str] = []
-    for run, plot in plots:
+    for run, plot in same:
         contents += [run.at("signals", *path.split(".")) for path in plot.signals]
         contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits]
-    limits = [limit for _, plot in plots for limit in plot.limits]
-    names = list(dict.fromkeys(name for run, plot in plots for path in plot.signals for name in run.series_names[path]))
+    limits = [limit for _, plot in same for limit in plot.limits]
+    names = list(dict.fromkeys(name for run, plot in same for path in plot.signals for name in run.series_names[path]))
     whole, listed = _with_limits(title, limits), ", ".join(names)
     if len(names) == 1 and not by_bus:
         return Series(whole, contents)
@@ -215,7 +215,7 @@ def _series(title: str, plots: Sequence[tuple[RunPicture, Plot]], *, by_bus: boo
         named, room = _with_limits(f"{listed} [{unit}", limits) + f": {quantity.lower()}", _IN_A_FIFTH
     if len(named) <= room:
         return Series(named, contents)
-    is_alone = not plots[0][0].run
+    is_alone = not same[0][0].run
     return Series(whole, contents, legend=is_alone and len(names) <= _LEGEND_AT_MOST)
 
 

@@ -14,8 +14,9 @@ from orchestrator.reproduction import runs, timing
 from orchestrator.reproduction.paper import claims, evidence, goals
 from orchestrator.reproduction.paper.experiments import Experiments
 from orchestrator.reproduction.paper.verdict import Verdict
-from orchestrator.reproduction.report.report import report
-from orchestrator.reproduction.varied.varied_set import VariedSet, varied_content
+from orchestrator.reproduction.report import report
+from orchestrator.reproduction.varied import varied_content
+from orchestrator.reproduction.varied.varied_set import VariedSet
 
 LIST: Final = "experiments.json"
 """The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
@@ -53,7 +54,7 @@ def _varied(varied: VariedSet | None, folder: Path) -> dict[str, Any] | None:
     """What the report tells of a varied set, with its figure."""
     if varied is None:
         return None
-    from orchestrator.reproduction.varied.varied_set import varied_plots  # noqa: PLC0415 - matplotlib takes its time
+    from orchestrator.reproduction.varied import varied_plots  # noqa: PLC0415 - matplotlib takes its time
 
     told = varied_content.content(varied)
     varied_plots.draw(told, folder / "figures" / "varied.png")
@@ -91,7 +92,7 @@ def _drawn(
     pool: ProcessPoolExecutor,
 ) -> list[tuple[str, str]]:
     """The figures, drawn by the processes that ran the experiments; file name and caption of each."""
-    from orchestrator.reproduction.report.report import result_figures  # noqa: PLC0415 - matplotlib takes its time
+    from orchestrator.reproduction.report import result_figures  # noqa: PLC0415 - matplotlib takes its time
 
     futures = [
         (p, pool.submit(result_figures.draw, p, outcomes, found, folder / "figures" / f"{p.name}.png"))

@@ -17,7 +17,8 @@ from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.results.summary import SUMMARY
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario import prepare
+from orchestrator.scenario.prepare import Options
 
 MODE: Final = Version.FMI3
 """How native blocks run; the others run in the process of the run."""

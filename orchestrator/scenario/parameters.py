@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
 
-SCENARIOS: Final = Path(__file__).parent / "scenarios"
+SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
 PARAMETERS: Final = SCENARIOS / "parameters"
 
 M = TypeVar("M", bound=BaseModel)

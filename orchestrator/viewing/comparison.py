@@ -13,7 +13,7 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from orchestrator.pictures import pages, palette, screen
 from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.shapes import Page, SeriesStyle, Shape, Style, Values, entity
-from orchestrator.recording.recording import stream
+from orchestrator.recording import stream
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
 

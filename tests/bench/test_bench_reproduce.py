@@ -6,7 +6,7 @@ import pytest
 
 from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
-from orchestrator.reproduction.varied.varied_set import variations, varied_set
+from orchestrator.reproduction.varied import variations, varied_set
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -70,3 +71,15 @@ def graphics():
     """Skips where there is no Vulkan driver at all."""
     if not list(DRIVERS.glob("*.json")):
         pytest.skip("no Vulkan driver: apt-get install mesa-vulkan-drivers libvulkan1")
+
+
+@pytest.fixture(scope="session")
+def whole(kept_run, tmp_path_factory):
+    """The folder of a run of 2 s."""
+    return kept_run(tmp_path_factory.mktemp("runs") / "static-1", until=2.0)
+
+
+@pytest.fixture
+def run(whole, tmp_path):
+    """A copy of it that may be damaged."""
+    return copytree(whole, tmp_path / "static-1")

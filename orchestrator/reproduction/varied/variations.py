@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict
 from components import BLOCKS
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.reproduction.paper.experiments import Role, unknown
+from orchestrator.scenario import prepare
 from orchestrator.scenario.parameters import checked, read_toml
-from orchestrator.scenario.prepare import prepare
 
 VARIATIONS: Final = Path(__file__).parent / "variations.toml"
 TASKS: Final = ("static", "dynamic", "dynamic-slow")

@@ -11,7 +11,8 @@ from orchestrator.reproduction.paper import claims, goals
 from orchestrator.reproduction.paper.evidence import Curve, Evidence, Result
 from orchestrator.reproduction.paper.experiments import Role
 from orchestrator.reproduction.paper.verdict import Case, Verdict, verdict_data
-from orchestrator.reproduction.varied.varied_set import Driven, VariedSet, variations
+from orchestrator.reproduction.varied import variations
+from orchestrator.reproduction.varied.varied_set import Driven, VariedSet
 
 ENOUGH: Final = 0.95
 """Share of the cases in which a claim has to hold to hold on the varied set."""

@@ -19,9 +19,9 @@ from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.sockets import SOCKETS
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result, more_metrics
+from orchestrator.reproduction.varied import variations
 from orchestrator.reproduction.varied.reused_fmus import keep
 from orchestrator.reproduction.varied.variations import Case, Driver, Request, Variations
-from orchestrator.reproduction.varied.varied_set import variations
 from orchestrator.results import metrics
 from orchestrator.scenario.parameters import Given, values_of
 from orchestrator.scenario.prepare import Options, Scenario, parse_settings, prepare, read

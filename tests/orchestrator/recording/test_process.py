@@ -15,9 +15,9 @@ from dataclasses import replace
 import pytest
 from rerun.chunk import RrdReader
 
+from orchestrator.recording import worker
 from orchestrator.recording.messages import Request, Rows, send
 from orchestrator.recording.process import RecordingProcess
-from orchestrator.recording.recording import worker
 from orchestrator.results import summary
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import Simulation

@@ -10,8 +10,8 @@ import pytest
 from components.interfaces.problem import RequestError
 from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
-from orchestrator.reproduction.varied.varied_set import variations
-from orchestrator.reproduction.varied.varied_set import varied_set as driving
+from orchestrator.reproduction.varied import variations
+from orchestrator.reproduction.varied import varied_set as driving
 
 LIST = """
 [[runs]]

@@ -7,10 +7,10 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator.mapping.mapped import Mapped
+from orchestrator.scenario import prepare as scenarios
 from orchestrator.scenario.fillings import in_units_of
 from orchestrator.scenario.parameters import Given
 from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.scenario.prepare import prepare as scenarios
 from orchestrator.system.system import Fmu
 from tests.orchestrator import foreign
 

@@ -8,8 +8,8 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.problem import RequestError
+from orchestrator.scenario import prepare as scenarios
 from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.scenario.prepare import prepare as scenarios
 from orchestrator.system.system import Fmu
 
 BLOCKS_ONLY = Options(mode="blocks")

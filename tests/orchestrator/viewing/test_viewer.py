@@ -19,7 +19,7 @@ from PIL import Image
 from components.interfaces.problem import RequestError
 from orchestrator.pictures import palette
 from orchestrator.pictures.drawing import error_colours
-from orchestrator.recording.recording import stream
+from orchestrator.recording import stream
 from orchestrator.recording.stream import RerunStream
 from orchestrator.results import run_folder as kept
 from orchestrator.viewing import viewer

@@ -12,7 +12,8 @@ from components.interfaces.problem import RequestError
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result
 from orchestrator.reproduction.paper.experiments import Role
-from orchestrator.reproduction.varied.varied_set import Driven, VariedSet, variations, varied_content, varied_set
+from orchestrator.reproduction.varied import variations, varied_content, varied_set
+from orchestrator.reproduction.varied.varied_set import Driven, VariedSet
 from orchestrator.scenario.prepare import Options, prepare
 from orchestrator.stepping.master import simulate
 
