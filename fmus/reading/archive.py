@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from fmus.reading.description import FILE
 from fmus.toolchain.version import Version
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 
 VALID: Final = f"an FMU: a zip archive with {FILE}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 

@@ -22,7 +22,7 @@ from fmus.reading.library import binary_remark
 from fmus.reading.ports import Port, aliases, ports, whole_name
 from fmus.reading.unpack import read
 from fmus.toolchain.version import Version
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 
 
 def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:

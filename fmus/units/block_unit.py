@@ -15,7 +15,8 @@ from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
 from fmus.lowering import Lowered, lower
-from fmus.units.unit import Column, Interface, Operation, Unit, UnitError, positions
+from fmus.unit_interface import Interface
+from fmus.units.unit import Column, Operation, Unit, UnitError, positions
 
 
 @lru_cache

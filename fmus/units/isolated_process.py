@@ -19,8 +19,9 @@ import numpy as np
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import DTYPES, Type, zeros
 from fmus.reading.opening import open_fmu
+from fmus.unit_interface import Interface
 from fmus.units.make import fmu_unit
-from fmus.units.unit import FMI_WARNING, Column, Interface, Unit, UnitError, carry_out, widths
+from fmus.units.unit import FMI_WARNING, Column, Unit, UnitError, carry_out, widths
 
 ALIGNMENT = 8
 

@@ -16,9 +16,10 @@ from typing_extensions import override
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.quantity import Type, zeros
 from components.interfaces.record import Variable
+from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, Place, RateInput
 from fmus.units.conventions import Convention, Views
-from fmus.units.unit import FMI_WARNING, Column, Interface, Operation, Unit, carry_out, positions, views, widths
+from fmus.units.unit import FMI_WARNING, Column, Operation, Unit, carry_out, positions, views, widths
 
 Columns = Mapping[Type, Column]
 

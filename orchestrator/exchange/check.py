@@ -13,7 +13,8 @@ from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
-from fmus.units.unit import Interface, UnitError
+from fmus.unit_interface import Interface
+from fmus.units.unit import UnitError
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from components.interfaces.conversion import IDENTITY
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
+from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link
-from fmus.units.unit import Interface
 
 
 def adapted(

@@ -13,8 +13,8 @@ from components.interfaces.buses import SLOTS
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, Socket, describe
+from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput
-from fmus.units.unit import Interface
 from orchestrator.mapping.adapted_interface import adapted, is_plain, is_same
 from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile
 from orchestrator.mapping.matching import match

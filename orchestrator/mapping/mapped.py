@@ -8,8 +8,9 @@ from typing import Any
 
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.socket import Socket
+from fmus.unit_interface import Interface
 from fmus.units.mapped_unit import MappedUnit
-from fmus.units.unit import Interface, Unit
+from fmus.units.unit import Unit
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.mapping_file import MappingFile, written
 from orchestrator.system.system import Fmu, Source

@@ -12,7 +12,7 @@ from typing import Final
 from components.interfaces.problem import refuse
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 from orchestrator.mapping.fitting import Fitting, Row
 from orchestrator.mapping.mapping_file import ROLES, STEERING, TO_FILL, entries_text, quoted
 from orchestrator.mapping.relations import ROLE_UNITS, conversion

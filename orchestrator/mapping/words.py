@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from components.interfaces.record import Variable
+from fmus.unit_interface import Interface
 from fmus.units.adaptation import Link
-from fmus.units.unit import Interface
 
 _MOST = 3
 """Names that are listed one by one"""

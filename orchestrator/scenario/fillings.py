@@ -15,7 +15,7 @@ from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping

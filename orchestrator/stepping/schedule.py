@@ -29,7 +29,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, refuse
-from fmus.units.unit import Interface, Unit
+from fmus.unit_interface import Interface
+from fmus.units.unit import Unit
 from orchestrator.system.system import Connection, Source, System
 
 STEP: Final = 0.1

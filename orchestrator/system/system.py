@@ -20,9 +20,10 @@ from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from fmus.reading.archive import Archive
 from fmus.reading.opening import open_fmu
+from fmus.unit_interface import Interface
 from fmus.units.block_unit import BlockUnit, interface_of
 from fmus.units.make import fmu_unit
-from fmus.units.unit import Interface, Unit
+from fmus.units.unit import Unit
 from orchestrator.system.connection import Connection, is_part, signal
 
 

@@ -17,11 +17,12 @@ from components.interfaces.quantity import Type, quantity, zeros
 from components.interfaces.record import record, variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import ControllerInputs
+from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput
 from fmus.units.block_unit import BlockUnit
 from fmus.units.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity
 from fmus.units.mapped_unit import MappedUnit
-from fmus.units.unit import Interface, widths
+from fmus.units.unit import widths
 
 OURS = variables(ControllerInputs)
 

@@ -14,7 +14,7 @@ from fmpy import simulate_fmu
 
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
-from fmus.units.make import model_exchange
+from fmus.units import model_exchange
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.system import Fmu, System
 from tests.fmus.foreign import description2, description3, library, pack, scalar

@@ -13,7 +13,7 @@ from components.interfaces.conversion import IDENTITY, Linear
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.mapping_reader import parse_mapping
 

@@ -10,7 +10,7 @@ import pytest
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.units.unit import Interface
+from fmus.unit_interface import Interface
 from orchestrator.pictures import palette, screen, shapes
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 from orchestrator.recording.stream import blueprint, write
