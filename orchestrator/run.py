@@ -20,12 +20,13 @@ from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.provenance import versions
-from orchestrator.scenario.prepare import Options, Scenario, parse_record, parse_settings, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.stepping.rows import EVERYTHING, paces, without_gaps
-from orchestrator.stepping.schedule import Algorithm, algorithm_named
+from orchestrator.stepping.rows import paces, without_gaps
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Scenario, algorithm_named
 from orchestrator.viewing.live import Live
 
 RECORDING = "recording.rrd"

@@ -9,7 +9,7 @@ from hypothesis import settings
 from components import BLOCKS
 from fmus.toolchain.version import Version
 from orchestrator.command import main
-from orchestrator.scenario import prepare
+from orchestrator.scenario import catalogue
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
 
@@ -43,6 +43,6 @@ def macrostep(in_tmp_path, monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def built_fmus():
     """The folder with all FMUs of both versions, built where `macrostep build` puts them."""
-    folder = prepare.built_folder()
-    prepare.ensure_built([b for b in BLOCKS.values() if b.native], list(Version), folder, lambda _: None)
+    folder = catalogue.built_folder()
+    catalogue.ensure_built([b for b in BLOCKS.values() if b.native], list(Version), folder, lambda _: None)
     return folder

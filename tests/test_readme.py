@@ -17,7 +17,8 @@ from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results.metrics import compute
 from orchestrator.run import Beside, execute
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 
 ROOT = Path(__file__).parents[1]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.unit_interface import Interface
 
 Column: TypeAlias = NDArray[Any]
 Operation: TypeAlias = Callable[[], object]

@@ -35,7 +35,7 @@ def export(  # noqa: PLR0913 - one parameter per option of the command
         progress("getting ready")
         from fmus.toolchain.version import Version  # noqa: PLC0415
         from orchestrator.exchange.export import Targets, default_mode, write  # noqa: PLC0415
-        from orchestrator.scenario.prepare import Options  # noqa: PLC0415
+        from orchestrator.scenario.options import Options  # noqa: PLC0415
 
         options = Options(
             mode=default_mode(scenario) if fmi is None else Version(int(fmi)),

@@ -85,7 +85,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
         with _working() as progress, RecordingProcess() as recording:
             from fmus.toolchain.version import Version  # noqa: PLC0415
             from orchestrator.run import Beside, execute, load  # noqa: PLC0415
-            from orchestrator.scenario.prepare import Options  # noqa: PLC0415
+            from orchestrator.scenario.options import Options  # noqa: PLC0415
             from orchestrator.viewing.live import Live, wish  # noqa: PLC0415
 
             options = Options(
@@ -173,16 +173,16 @@ def build(
     """Build the FMUs of all blocks, or those of Modelica files (into fmi2/ and fmi3/ here), where out of date."""
     from components import BLOCKS  # noqa: PLC0415
     from fmus.toolchain.version import Version  # noqa: PLC0415
-    from orchestrator.scenario import prepare as scenarios  # noqa: PLC0415
+    from orchestrator.scenario import catalogue  # noqa: PLC0415
 
     versions = [Version(int(fmi))] if fmi else list(Version)
-    target = folder or scenarios.built_folder()
+    target = folder or catalogue.built_folder()
     with _working() as progress:
         if models:
-            for path in scenarios.build_models(models, versions, folder or Path(), progress):
+            for path in catalogue.build_models(models, versions, folder or Path(), progress):
                 out.print(str(path))
             return
-        files = scenarios.ensure_built([b for b in BLOCKS.values() if b.native], versions, target, progress)
+        files = catalogue.ensure_built([b for b in BLOCKS.values() if b.native], versions, target, progress)
     out.print(f"{len(files)} FMUs in {target}/")
 
 

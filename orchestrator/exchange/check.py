@@ -20,7 +20,7 @@ from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
 from orchestrator.stepping.schedule import schedule
-from orchestrator.system.system import Fmu
+from orchestrator.system.source import Fmu
 
 
 @dataclass(frozen=True)

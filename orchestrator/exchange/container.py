@@ -37,12 +37,13 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp.writer import element_names, ends, is_old, not_a_file
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
-from orchestrator.stepping.schedule import Algorithm, follows_inputs, schedule
+from orchestrator.stepping.schedule import follows_inputs, schedule
 from orchestrator.system.connection import Connection
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Algorithm, Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 _JACOBI: Final = "Export it with --algorithm jacobi."
 

@@ -12,9 +12,9 @@ from fmus.toolchain.version import Version
 from orchestrator.exchange import container
 from orchestrator.mapping.mapped import for_others
 from orchestrator.run import load
-from orchestrator.scenario.prepare import Mode, Options
+from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
-from orchestrator.system.system import Fmu
+from orchestrator.system.source import Fmu
 
 
 @dataclass(frozen=True)

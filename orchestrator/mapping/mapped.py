@@ -13,7 +13,7 @@ from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.mapping_file import MappingFile, written
-from orchestrator.system.system import Fmu, Source
+from orchestrator.system.source import Fmu, Source
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from orchestrator.mapping.mapping_file import (
     Entry,
     MappingFile,
 )
-from orchestrator.scenario.parameters import read_toml
+from orchestrator.system.files import read_toml
 
 Table: TypeAlias = Mapping[str, Any]
 _NUMBERS: Final = ("factor", "offset", "min", "max", "ratio", "R_w", "m", "limit")

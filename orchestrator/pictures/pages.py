@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from orchestrator.pictures.plots import parameter_values
-from orchestrator.scenario.prepare import Scenario
+from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from orchestrator.recording.messages import Request
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import Batch
+from orchestrator.system.experiment import Scenario
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.recording.stream import RerunStream

@@ -17,8 +17,8 @@ from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.results.summary import SUMMARY
-from orchestrator.scenario import prepare
-from orchestrator.scenario.prepare import Options
+from orchestrator.scenario import catalogue, prepare
+from orchestrator.scenario.options import Options
 
 MODE: Final = Version.FMI3
 """How native blocks run; the others run in the process of the run."""
@@ -74,7 +74,7 @@ def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
 def build_blocks(names: set[str], progress: Callable[[str], None]) -> None:
     """Build the FMUs of those of these blocks that are native."""
     native = [BLOCKS[name] for name in sorted(names) if BLOCKS[name].native]
-    prepare.ensure_built(native, [MODE], prepare.built_folder(), progress)
+    catalogue.ensure_built(native, [MODE], catalogue.built_folder(), progress)
 
 
 def execute(run: Run, folder: Path) -> Outcome:

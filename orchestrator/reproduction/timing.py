@@ -21,8 +21,9 @@ from fmus.units.unit import Column, Unit, positions, widths
 from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Timing
 from orchestrator.reproduction.paper.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options
-from orchestrator.scenario.prepare import Mode, Options, prepare
-from orchestrator.system.system import Source
+from orchestrator.scenario.options import Mode, Options
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import Source
 
 PASSES: Final = 3
 """How often all states are sampled, after the pass that is not counted."""

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from components.interfaces.quantity import Type
 from orchestrator.results.metrics import Frame
 from orchestrator.results.provenance import versions
-from orchestrator.scenario.prepare import Scenario
+from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
 

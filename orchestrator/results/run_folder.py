@@ -13,7 +13,7 @@ from components.interfaces.problem import Problem, refuse
 
 if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
     from orchestrator.pictures.signals import Signal
-    from orchestrator.scenario.prepare import Scenario
+    from orchestrator.system.experiment import Scenario
 
 RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
 VALID = "a run folder, or an .rrd file"

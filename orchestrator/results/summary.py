@@ -22,10 +22,11 @@ from orchestrator.mapping.mapped import Mapped
 from orchestrator.pictures import pages
 from orchestrator.results import metrics
 from orchestrator.results.provenance import versions
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, SimulationError
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 SUMMARY: Final = "summary.json"
 

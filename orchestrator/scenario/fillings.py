@@ -20,7 +20,7 @@ from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.parameters import Given, Part, Setting, parameter_set, values_of
-from orchestrator.system.system import Fmu, Source
+from orchestrator.system.source import Fmu, Source
 
 WIRING: Final = {
     "plant.actuation": "controller.actuation",

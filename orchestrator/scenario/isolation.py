@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from orchestrator.mapping.mapped import Mapped
-from orchestrator.system.system import Fmu, Source
+from orchestrator.system.source import Fmu, Source
 
 
 def isolated(units: Mapping[str, Source], requests: Sequence[str]) -> dict[str, Source]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
+from orchestrator.system.files import read_toml
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
 PARAMETERS: Final = SCENARIOS / "parameters"
@@ -95,16 +95,6 @@ class _Set(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     values: dict[str, Given]
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file. Raises `RequestError` with the line when it cannot be read."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise refuse(str(path), f"a file that cannot be read ({error})", "a TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise refuse(str(path), f"text that is no TOML ({error})", "a TOML file") from error
 
 
 def checked(model: type[M], content: Mapping[str, Any], where: str) -> M:

@@ -5,22 +5,20 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import fmus
-from components import BLOCKS, EXTRAS
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
-from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
+from orchestrator.scenario.catalogue import block_named, built_folder, ensure_built
 from orchestrator.scenario.fillings import FOREIGN, Gathered, chosen_fmu, foreign_part, located, sources_of, wiring_of
 from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.options import Mode, Options
 from orchestrator.scenario.parameters import (
     SCENARIOS,
     Given,
@@ -29,57 +27,14 @@ from orchestrator.scenario.parameters import (
     Setting,
     checked,
     parameter_set,
-    read_toml,
     values_of,
 )
 from orchestrator.scenario.settings import parse_record, parse_settings
-from orchestrator.stepping.rows import EVERYTHING, Choice
-from orchestrator.stepping.schedule import Algorithm, algorithm_named, macro_step
+from orchestrator.system.experiment import EVERYTHING, Scenario, algorithm_named, macro_step
+from orchestrator.system.files import read_toml
 from orchestrator.system.scene import Scene
-from orchestrator.system.system import Fmu, InProcess, Source, System
-
-Mode = Literal["blocks"] | Version
-"""How blocks run: in this process, or as FMUs of a version."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a person changes of a scenario for one run."""
-
-    mode: Mode = Version.FMI3
-    replacements: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Block name or FMU file by socket"""
-    settings: Sequence[str] = ()
-    """`controller.b_3=1e-2`"""
-    step: float | None = None
-    stop_time: float | None = None
-    record: Sequence[str] = ()
-    """`controller.plan.*:10`"""
-    algorithm: str | None = None
-    solve_loops: bool = False
-    lenient: bool = False
-    """Whether FMUs run though they break rules"""
-    isolate: Sequence[str] = ()
-    """`plant:5`: units in processes of their own, and for how long [s] a call may take"""
-
-
-@dataclass(frozen=True)
-class Scenario:
-    """A system with an experiment, ready to run."""
-
-    name: str
-    title: str
-    system: System
-    scene: Scene | None
-    h: float
-    until: float
-    sources: Mapping[str, Mapping[str, Any]]
-    """Value, unit and source of every parameter, by full path"""
-    record: Choice = field(default_factory=lambda: dict(EVERYTHING))
-    """Which signals are recorded at every how many ticks"""
-    algorithm: Algorithm = Algorithm.SEQUENTIAL
-    solve_loops: bool = False
-    remarks: tuple[str, ...] = ()
+from orchestrator.system.source import Fmu, InProcess, Source
+from orchestrator.system.system import System
 
 
 def names() -> list[str]:
@@ -96,61 +51,6 @@ def read(request: str) -> tuple[str, ScenarioFile]:
             raise refuse(f"scenario `{request}`", "no such scenario", f"{choices(names())}, or a .toml file", remedy)
         path = SCENARIOS / f"{request}.toml"
     return path.stem, checked(ScenarioFile, read_toml(path), str(path) if path.suffix == request[-5:] else path.name)
-
-
-def built_folder() -> Path:
-    """Where built FMUs are: in the checkout, or in the user's cache when macrostep is installed."""
-    package = Path(fmus.__file__).parent
-    if (package.parent / "pyproject.toml").is_file():
-        return package / "built"
-    import platformdirs  # noqa: PLC0415 - only an installed macrostep needs it
-
-    return platformdirs.user_cache_path("macrostep") / "built"
-
-
-def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
-    """A block of the catalogue, for a socket if one is named. Raises `RequestError`."""
-    fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
-    if name in EXTRAS and name not in BLOCKS:
-        raise refuse(where, f"`{name}` without its extra", choices(fitting), f"Install macrostep[{EXTRAS[name]}].")
-    if name not in BLOCKS:
-        remedy = did_you_mean(name, fitting) or "A file ends in .fmu or .mo."
-        raise refuse(where, f"the unknown block `{name}`", choices(fitting), remedy)
-    if name not in fitting:
-        raise refuse(where, f"`{name}`, a block of the socket `{BLOCKS[name].socket.name}`", choices(fitting))
-    return BLOCKS[name]
-
-
-def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
-    """The numbers of a block's own parameter set: the start values of its FMU."""
-    values, problems = values_of(block.name, block.parameters(), parameter_set(block.name), {})
-    raise_if_any(problems)
-    return values
-
-
-def ensure_built(
-    blocks: Sequence[type[Block[Any, Any, Any]]],
-    versions: Sequence[Version],
-    folder: Path,
-    progress: Callable[[str], None],
-) -> dict[tuple[str, Version], Path]:
-    """Build what is missing or out of date; the FMU file of each block and version."""
-    requests = [(block, version, default_values(block)) for block in blocks for version in versions]
-    built = build_all(requests, folder, progress)
-    return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
-
-
-def build_models(
-    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Callable[[str], None]
-) -> list[Path]:
-    """Build the FMUs of Modelica files: `FILE.mo`, or `FILE.mo:MODEL`. Raises `RequestError`."""
-    valid = "a Modelica file: FILE.mo, or FILE.mo:MODEL"
-    raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
-    found: list[Path] = []
-    for request in requests:
-        progress(f"building {request}")
-        found += [build_modelica(request, version, folder).path for version in versions]
-    return found
 
 
 def prepare(request: str, options: Options, progress: Callable[[str], None] = lambda _: None) -> Scenario:

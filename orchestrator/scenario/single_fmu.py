@@ -13,10 +13,11 @@ from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
 from orchestrator.scenario.fillings import sources_of
 from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.options import Options
 from orchestrator.scenario.parameters import Given, Setting, values_of
-from orchestrator.scenario.prepare import Options, Scenario
-from orchestrator.stepping.schedule import STEP, macro_step
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import STEP, Scenario, macro_step
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:

@@ -12,8 +12,7 @@ from components.interfaces.problem import refuse
 from orchestrator.scenario.parameters import checked
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.writer import OURS
-from orchestrator.stepping.rows import EVERYTHING
-from orchestrator.stepping.schedule import STEP, Algorithm
+from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm
 
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -25,7 +25,6 @@ from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.fillings import sources_of
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.parameters import Given, Setting, values_of
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
@@ -35,9 +34,11 @@ from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at, wit
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring
-from orchestrator.stepping.schedule import STEP, Algorithm, algorithm_named, macro_step, open_dependencies_close_a_loop
+from orchestrator.stepping.schedule import open_dependencies_close_a_loop
+from orchestrator.system.experiment import STEP, Algorithm, Scenario, algorithm_named, macro_step
 from orchestrator.system.scene import Scene
-from orchestrator.system.system import Source, System
+from orchestrator.system.source import Source
+from orchestrator.system.system import System
 
 _MANY: Final = 12
 """Inputs that a remark names"""

@@ -20,13 +20,13 @@ from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.scenario.prepare import block_named
+from orchestrator.scenario.catalogue import block_named
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connections import Connector, Index
 from orchestrator.ssp.structure import Component, Group
 from orchestrator.ssp.types import Declared, items_of
 from orchestrator.ssp.writer import BLOCK_SOURCE, element_names
-from orchestrator.system.system import Fmu, InProcess, Source
+from orchestrator.system.source import Fmu, InProcess, Source
 
 _KINDS: Final = {
     "inputs": ("input",),

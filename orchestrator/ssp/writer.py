@@ -27,10 +27,11 @@ from fmus.toolchain.archives import write_archive
 from fmus.toolchain.version import Version
 from orchestrator.mapping.mapped import Mapped, fmu_of
 from orchestrator.mapping.mapping_file import written
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.ssp.rules import BLOCK_TYPE, FMU_TYPE, MAPPING_TYPE, SSC, SSD, SSV, Node
 from orchestrator.ssp.xml import add, add_enumerations, add_units, has_unit, literal, qualified
-from orchestrator.system.system import Connection, Fmu, InProcess, Source, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu, InProcess, Source
+from orchestrator.system.system import Connection, System
 
 OURS: Final = "urn:macrostep"
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"

@@ -20,9 +20,10 @@ from components.interfaces.problem import choices, did_you_mean, refuse
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import Call, Lowered
-from orchestrator.stepping.rows import EVERYTHING, Choice, Log
-from orchestrator.stepping.schedule import Algorithm, Schedule, algorithm_named, macro_step, schedule
+from orchestrator.stepping.rows import Log
+from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import Table
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, macro_step
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it

@@ -17,15 +17,12 @@ from numpy.typing import NDArray
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
 from orchestrator.stepping.signal_table import Table
+from orchestrator.system.experiment import EVERYTHING, Choice
 from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
 """[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
 
-Choice: TypeAlias = Mapping[str, int]
-"""Keep the signals that fit a pattern at every n-th tick, 0 for never; the last pattern that fits counts."""
-
-EVERYTHING: Final[Choice] = {"*": 1}
 
 Element: TypeAlias = tuple[str, Type, int]
 """Full path, type, and place among the values of that type."""

@@ -19,30 +19,20 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from components.interfaces.problem import Problem, RequestError, choices, refuse
+from components.interfaces.problem import Problem, RequestError, refuse
 from fmus.unit_interface import Interface
 from fmus.units.unit import Unit
-from orchestrator.system.system import Connection, Source, System
-
-STEP: Final = 0.1
-"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it"""
-
-
-class Algorithm(StrEnum):
-    """How the units exchange data and step."""
-
-    SEQUENTIAL = "sequential"
-    JACOBI = "jacobi"
-    CLOCKED = "clocked"
+from orchestrator.system.experiment import Algorithm
+from orchestrator.system.source import Source
+from orchestrator.system.system import Connection, System
 
 
 class Act(StrEnum):
@@ -76,20 +66,6 @@ class Schedule:
 
     def __str__(self) -> str:
         return "; ".join(f"{act} {', '.join(units)}" for act, units in (*self.before, *self.after))
-
-
-def algorithm_named(name: str) -> Algorithm:
-    """The algorithm of this name. Raises `RequestError`."""
-    if name not in set(Algorithm):
-        raise refuse("algorithm", f"`{name}`", choices(Algorithm))
-    return Algorithm(name)
-
-
-def macro_step(h: float) -> float:
-    """A macro step [s] that can be stepped with. Raises `RequestError`."""
-    if not (math.isfinite(h) and h > 0):
-        raise refuse("step", f"{h:g} s", "a positive number of seconds")
-    return h
 
 
 def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, solve_loops: bool = False) -> Schedule:

@@ -14,7 +14,8 @@ from components.interfaces.socket import Socket
 from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.stepping.master import Simulation
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 STEPS = 2000
 

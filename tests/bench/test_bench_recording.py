@@ -15,7 +15,8 @@ from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Recording
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing.live import Live, Wish

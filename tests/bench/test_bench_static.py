@@ -15,7 +15,8 @@ from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
 from fmus.units.unit import widths
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 STEPS = 1000

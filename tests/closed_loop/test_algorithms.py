@@ -7,7 +7,8 @@ import pytest
 
 from fmus.toolchain.version import Version
 from orchestrator.results.metrics import compute, verdicts
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 
 ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}

@@ -17,10 +17,13 @@ from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
 from fmus.lowering import lower
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import Options, Scenario, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Ecos and libcosim are installed on Linux only")
 RUNNER = Path(__file__).parent / "peers.py"

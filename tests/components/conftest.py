@@ -11,7 +11,7 @@ import pytest
 from components import BLOCKS
 from components.interfaces.block import Block
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 
 
 @pytest.fixture(scope="session")

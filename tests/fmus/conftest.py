@@ -12,7 +12,7 @@ from components import BLOCKS
 from components.interfaces.block import Block
 from fmus.export.build import build_all
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 from tests.fmus.fmu_driver import FmuDriver
 
 BICYCLE = {

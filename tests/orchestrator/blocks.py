@@ -8,7 +8,8 @@ from components.interfaces.block import Block, NoState, Sampled, block
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
-from orchestrator.system.system import System, block_source
+from orchestrator.system.source import block_source
+from orchestrator.system.system import System
 
 
 @record

@@ -12,7 +12,8 @@ import pytest
 from orchestrator.recording.stream import RerunStream
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")

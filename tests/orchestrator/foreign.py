@@ -20,7 +20,7 @@ from components.interfaces.sockets import PlantInputs
 from components.vehicle.bicycle import Bicycle
 from fmus.export.build import build
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 from tests.fmus.foreign import copied, entries, kept_folder
 
 DEG = 57.29577951308232

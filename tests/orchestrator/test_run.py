@@ -29,7 +29,8 @@ from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import run_folder
 from orchestrator.run import Beside, execute
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import live, rerun_program
 from orchestrator.viewing.live import Live, Wish

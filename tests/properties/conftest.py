@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 
 RANGES = {"v_x": (1.5, 20.0), "psi": (-0.5, 0.5), "y": (-2.0, 5.0), "x": (0.0, 60.0), "T_r": (-160.0, 200.0)}
 

@@ -17,7 +17,7 @@ from components.interfaces.buses import SLOTS, Actuation, ObstacleList, VehicleS
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs, PlantInputs
 from fmus.lowering import lower
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 
 SIDEWAYS = {"y", "psi", "v_y", "r"}
 states = st.builds(

@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict
 from components import BLOCKS
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from orchestrator.scenario import prepare
-from orchestrator.scenario.parameters import checked, read_toml
+from orchestrator.scenario.parameters import checked
+from orchestrator.system.files import read_toml
 
 EXPERIMENTS: Final = Path(__file__).parent / "experiments.toml"
 

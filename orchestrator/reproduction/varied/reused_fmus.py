@@ -18,7 +18,7 @@ from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
 from fmus.units.fmu_unit import Fmu3Unit
 from fmus.units.unit import Unit, UnitError
-from orchestrator.system.system import Fmu
+from orchestrator.system.source import Fmu
 
 _idle: dict[tuple[Path, str], list[KeptUnit]] = {}
 

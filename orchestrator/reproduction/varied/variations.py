@@ -14,7 +14,8 @@ from components import BLOCKS
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.reproduction.paper.experiments import Role, unknown
 from orchestrator.scenario import prepare
-from orchestrator.scenario.parameters import checked, read_toml
+from orchestrator.scenario.parameters import checked
+from orchestrator.system.files import read_toml
 
 VARIATIONS: Final = Path(__file__).parent / "variations.toml"
 TASKS: Final = ("static", "dynamic", "dynamic-slow")

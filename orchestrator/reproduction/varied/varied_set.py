@@ -23,11 +23,14 @@ from orchestrator.reproduction.varied import variations
 from orchestrator.reproduction.varied.reused_fmus import keep
 from orchestrator.reproduction.varied.variations import Case, Driver, Request, Variations
 from orchestrator.results import metrics
+from orchestrator.scenario.options import Options
 from orchestrator.scenario.parameters import Given, values_of
-from orchestrator.scenario.prepare import Options, Scenario, parse_settings, prepare, read
+from orchestrator.scenario.prepare import parse_settings, prepare, read
 from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.system.experiment import Scenario
 from orchestrator.system.scene import Scene
-from orchestrator.system.system import Fmu, Source, System
+from orchestrator.system.source import Fmu, Source
+from orchestrator.system.system import System
 
 _ROLES: Final = {name: name for name in SOCKETS}
 

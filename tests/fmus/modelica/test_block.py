@@ -14,7 +14,7 @@ from components.interfaces.record import pack
 from fmus.lowering import lower
 from fmus.modelica.block import modelica_block
 from fmus.modelica.flat import library
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
 
 BICYCLE = library() / "Examples" / "PaperBicycle.mo"
 OURS = BLOCKS["bicycle"]

@@ -18,7 +18,8 @@ from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar
 
 TEXT = {

@@ -12,9 +12,10 @@ from fmus.reading.opening import open_fmu
 from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
 from orchestrator.results.parquet import read_columns, write_signals
-from orchestrator.scenario.prepare import Scenario
 from orchestrator.stepping.master import Simulation, simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import description2, description3, library, pack, scalar
 
 VALUES = {

@@ -23,7 +23,8 @@ from components.interfaces.record import Variable
 from fmus.export.documentation import documentation
 from fmus.export.fmi_variables import interface_of
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 from tests.fmus.fmu_driver import FmuDriver
 

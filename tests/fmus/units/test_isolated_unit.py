@@ -12,7 +12,8 @@ from components.interfaces.quantity import Type, zeros
 from fmus.toolchain.version import Version
 from fmus.units.unit import carry_out, widths
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack
 from tests.fmus.reading.test_ports import VALUES, echo3, held
 

@@ -16,7 +16,8 @@ from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.units import model_exchange
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import description2, description3, library, pack, scalar
 
 G, E = 9.81, 0.7

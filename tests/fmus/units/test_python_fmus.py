@@ -10,7 +10,8 @@ import pytest
 
 from fmus.reading.opening import open_fmu
 from orchestrator.stepping.master import simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 TWO = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String

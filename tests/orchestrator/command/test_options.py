@@ -9,7 +9,8 @@ import pytest
 
 from fmus.export.build import build
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 from tests.fmus.foreign import description3, library, pack
 from tests.orchestrator import ssps

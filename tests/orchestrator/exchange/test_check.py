@@ -12,9 +12,12 @@ from fmus.toolchain.version import Version
 from orchestrator.exchange.check import check
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import write_template
-from orchestrator.scenario.prepare import Options, Scenario, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import writer as ssp
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import copied, description2, entries, library, pack, scalar
 from tests.orchestrator import foreign, ssps
 

@@ -15,10 +15,12 @@ from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
-from orchestrator.scenario.prepare import Options, Scenario, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.stepping.schedule import Algorithm
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Algorithm, Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 
 SEQUENTIAL, JACOBI = Algorithm.SEQUENTIAL, Algorithm.JACOBI
 FOLLOWING = ("plant.tyre.", "plant.motion.")

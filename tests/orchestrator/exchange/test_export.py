@@ -14,10 +14,13 @@ from lxml import etree
 
 from components.interfaces.conversion import Linear
 from fmus.toolchain.version import Version
-from orchestrator.scenario.prepare import Options, Scenario, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import copied, entries
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"

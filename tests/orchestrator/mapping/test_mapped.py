@@ -14,11 +14,12 @@ from components.interfaces.sockets import PLANT
 from fmus.toolchain.version import Version
 from orchestrator.mapping.mapped import Mapped, mapped
 from orchestrator.results import summary
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate
-from orchestrator.system.system import Fmu
+from orchestrator.system.source import Fmu
 from tests.orchestrator import foreign
 
 STATE = ("x", "y", "psi", "v_x", "v_y", "r")

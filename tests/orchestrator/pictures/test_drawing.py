@@ -10,8 +10,10 @@ from components import BLOCKS
 from orchestrator.pictures import drawing, plots
 from orchestrator.pictures.drawing import Boxes
 from orchestrator.pictures.signals import Columns, Recorded, cast, signals
-from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.system.system import System, block_source
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import block_source
+from orchestrator.system.system import System
 
 
 @pytest.fixture(scope="module")

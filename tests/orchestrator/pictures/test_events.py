@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from orchestrator.pictures import drawing, events, plots
 from orchestrator.pictures.signals import Columns, cast, signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 STATIC = prepare("static", Options(mode="blocks"))

@@ -7,7 +7,8 @@ import pytest
 from PIL import Image
 
 from orchestrator.pictures.figures import draw
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 from orchestrator.system.system import System
 

@@ -12,7 +12,9 @@ from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
 from orchestrator.pictures import friction
 from orchestrator.pictures.signals import Columns, Recorded, cast, signals
-from orchestrator.scenario.prepare import Options, default_values, prepare
+from orchestrator.scenario.catalogue import default_values
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 
 STATIC = prepare("static", Options(mode="blocks"))
 WHO = cast(STATIC.system)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from orchestrator.pictures import pages
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import SimulationError
 
 SUMMARY = {

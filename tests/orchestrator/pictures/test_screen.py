@@ -8,7 +8,8 @@ import pytest
 from orchestrator.pictures import plots, screen
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 from orchestrator.pictures.signals import signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 
 STATIC = prepare("static", Options(mode="blocks"))
 

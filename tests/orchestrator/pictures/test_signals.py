@@ -7,7 +7,8 @@ import pytest
 
 from orchestrator.pictures import drawing
 from orchestrator.pictures.signals import PATH, Columns, Recorded, cast, signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ import pytest
 from orchestrator.pictures import drawing, shapes
 from orchestrator.pictures.signals import Columns, Recorded, cast, signals
 from orchestrator.pictures.world import World, recorded_parts
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 STATIC = prepare("static", Options(mode="blocks"))

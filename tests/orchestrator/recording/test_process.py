@@ -19,7 +19,8 @@ from orchestrator.recording import worker
 from orchestrator.recording.messages import Request, Rows, send
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.results import summary
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")

@@ -12,9 +12,10 @@ from orchestrator.recording.messages import Request
 from orchestrator.recording.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.stepping.rows import EVERYTHING
+from orchestrator.system.experiment import EVERYTHING
 
 ABOUT = {"status": "finished"}
 # a file that is still being written has no footer, and Rerun says so

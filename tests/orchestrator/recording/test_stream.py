@@ -12,8 +12,10 @@ from rerun.chunk import RrdReader
 from orchestrator.pictures.drawing import error_colours, rgba
 from orchestrator.pictures.signals import signals
 from orchestrator.recording.stream import RerunStream
-from orchestrator.scenario.prepare import Options, Scenario, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
+from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
 

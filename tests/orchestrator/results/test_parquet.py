@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays, boolean_dtypes, floating_dtypes, integer_dtypes, unsigned_integer_dtypes
 
 from orchestrator.results import parquet
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.stepping.rows import EVERYTHING
+from orchestrator.system.experiment import EVERYTHING
 
 NUMBERS = (
     boolean_dtypes()

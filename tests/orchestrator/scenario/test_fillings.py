@@ -9,9 +9,10 @@ from components.interfaces.problem import RequestError
 from orchestrator.mapping.mapped import Mapped
 from orchestrator.scenario import prepare as scenarios
 from orchestrator.scenario.fillings import in_units_of
+from orchestrator.scenario.options import Options
 from orchestrator.scenario.parameters import Given
-from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.system.system import Fmu
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import Fmu
 from tests.orchestrator import foreign
 
 

@@ -9,8 +9,9 @@ from fmus.toolchain.version import Version
 from fmus.units.isolated_unit import PATIENCE
 from orchestrator.run import load
 from orchestrator.scenario.isolation import isolated
-from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.system.system import Fmu
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import Fmu
 from tests.fmus.foreign import description2, pack, scalar
 from tests.orchestrator import ssps
 

@@ -7,16 +7,9 @@ import pytest
 from components import BLOCKS
 from components.interfaces.problem import RequestError
 from components.interfaces.record import variables
-from orchestrator.scenario.parameters import (
-    PARAMETERS,
-    Given,
-    ScenarioFile,
-    checked,
-    parameter_set,
-    read_toml,
-    values_of,
-)
-from orchestrator.scenario.prepare import default_values
+from orchestrator.scenario.catalogue import default_values
+from orchestrator.scenario.parameters import PARAMETERS, Given, ScenarioFile, checked, parameter_set, values_of
+from orchestrator.system.files import read_toml
 from orchestrator.system.scene import Scene
 
 

@@ -9,8 +9,9 @@ import pytest
 from components import BLOCKS
 from components.interfaces.problem import RequestError
 from orchestrator.scenario import prepare as scenarios
-from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.system.system import Fmu
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import Fmu
 
 BLOCKS_ONLY = Options(mode="blocks")
 

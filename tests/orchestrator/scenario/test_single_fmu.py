@@ -7,7 +7,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator.run import load
-from orchestrator.scenario.prepare import Options
+from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import simulate
 
 

@@ -14,7 +14,8 @@ from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.conversion import joined
 from orchestrator.ssp.types import Declared, Step
 from orchestrator.stepping.master import simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.orchestrator.ssps import (
     binding,
     bindings,

@@ -11,12 +11,14 @@ from fmpy.ssp.ssd import read_ssv
 
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
+from orchestrator.scenario.options import Options
 from orchestrator.scenario.parameters import Setting
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate
-from orchestrator.system.system import Fmu, System
+from orchestrator.system.source import Fmu
+from orchestrator.system.system import System
 from tests.fmus.foreign import C, description3, entries, library, pack
 from tests.orchestrator.ssps import (
     SPACES,

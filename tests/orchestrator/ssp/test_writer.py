@@ -9,8 +9,9 @@ import pytest
 from lxml import etree
 
 from fmus.toolchain.version import Version
+from orchestrator.scenario.options import Options
 from orchestrator.scenario.parameters import Setting
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from tests.fmus.foreign import entries

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
 from orchestrator.stepping.master import SimulationError, simulate
-from orchestrator.system.system import InProcess, System, block_source
+from orchestrator.system.source import InProcess, block_source
+from orchestrator.system.system import System
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
 
 gains = st.floats(-5, 5)

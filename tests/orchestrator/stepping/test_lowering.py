@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
 from orchestrator.stepping.master import simulate
-from orchestrator.system.system import System, block_source
+from orchestrator.system.source import block_source
+from orchestrator.system.system import System
 from tests.orchestrator.blocks import Gain, Held, Sum
 
 

@@ -15,9 +15,11 @@ from components.interfaces.record import combine
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
 from fmus.units.unit import UnitError
 from orchestrator.scenario.fillings import WIRING
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
-from orchestrator.system.system import InProcess, System, block_source
+from orchestrator.system.source import InProcess, block_source
+from orchestrator.system.system import System
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping import rows
 from orchestrator.stepping.master import Simulation
 
@@ -20,7 +21,7 @@ def static():
     return prepare("static", Options(mode="blocks", stop_time=2.0))
 
 
-def simulated(choice=rows.EVERYTHING):
+def simulated(choice=EVERYTHING):
     made = static()
     with Simulation(made.system, h=made.h, until=made.until, record=choice) as simulation:
         simulation.run()
@@ -119,7 +120,7 @@ def test_what_is_not_recorded_takes_no_memory(monkeypatch):
 
 @given(
     cuts=st.lists(st.integers(0, 21), max_size=5).map(sorted),
-    choice=st.sampled_from([rows.EVERYTHING, {"plant.*": 1, "controller.*": 5}, {"plant.*": 3, "traffic.*": 2}]),
+    choice=st.sampled_from([EVERYTHING, {"plant.*": 1, "controller.*": 5}, {"plant.*": 3, "traffic.*": 2}]),
 )
 def test_batches_hold_every_row_once(cuts, choice):
     simulation = simulated(choice)

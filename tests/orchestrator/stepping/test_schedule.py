@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
-from orchestrator.stepping.schedule import Algorithm, algorithm_named, open_dependencies_close_a_loop, schedule
-from orchestrator.system.system import InProcess, System, block_source
+from orchestrator.stepping.schedule import open_dependencies_close_a_loop, schedule
+from orchestrator.system.experiment import Algorithm, algorithm_named
+from orchestrator.system.source import InProcess, block_source
+from orchestrator.system.system import System
 from tests.orchestrator.blocks import Gain, Held, Sum, system
 
 

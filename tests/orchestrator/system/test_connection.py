@@ -14,7 +14,8 @@ from components.interfaces.quantity import boolean, integer, quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from orchestrator.stepping.master import Simulation
-from orchestrator.system.system import InProcess, System
+from orchestrator.system.source import InProcess
+from orchestrator.system.system import System
 
 
 @record

@@ -14,8 +14,10 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import PLANT, SOCKETS
 from orchestrator.scenario.fillings import WIRING
-from orchestrator.scenario.prepare import Options, prepare
-from orchestrator.system.system import Fmu, InProcess, System, block_source
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
+from orchestrator.system.source import Fmu, InProcess, block_source
+from orchestrator.system.system import System
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,8 @@ from orchestrator.recording.stream import read_series
 from orchestrator.results import run_folder as kept
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.viewing import comparison, repair
 

@@ -18,7 +18,8 @@ from rerun.chunk import RrdReader
 from components.interfaces.problem import RequestError
 from orchestrator.recording.recording import Afterwards
 from orchestrator.run import Beside, execute
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import live, rerun_program
 from orchestrator.viewing.live import Live, Wish, wish

@@ -14,7 +14,8 @@ from orchestrator.reproduction.paper.evidence import Result
 from orchestrator.reproduction.paper.experiments import Role
 from orchestrator.reproduction.varied import variations, varied_content, varied_set
 from orchestrator.reproduction.varied.varied_set import Driven, VariedSet
-from orchestrator.scenario.prepare import Options, prepare
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 
 FOUND = variations.load()

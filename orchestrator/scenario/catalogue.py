@@ -1,0 +1,74 @@
+"""The catalogue of blocks, and the FMUs that are built of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import fmus
+from components import BLOCKS, EXTRAS
+from components.interfaces.block import Block
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from fmus.export.build import build_all
+from fmus.modelica.build_modelica import build_modelica, is_modelica
+from fmus.toolchain.version import Version
+from orchestrator.scenario.parameters import (
+    parameter_set,
+    values_of,
+)
+
+
+def built_folder() -> Path:
+    """Where built FMUs are: in the checkout, or in the user's cache when macrostep is installed."""
+    package = Path(fmus.__file__).parent
+    if (package.parent / "pyproject.toml").is_file():
+        return package / "built"
+    import platformdirs  # noqa: PLC0415 - only an installed macrostep needs it
+
+    return platformdirs.user_cache_path("macrostep") / "built"
+
+
+def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
+    """A block of the catalogue, for a socket if one is named. Raises `RequestError`."""
+    fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
+    if name in EXTRAS and name not in BLOCKS:
+        raise refuse(where, f"`{name}` without its extra", choices(fitting), f"Install macrostep[{EXTRAS[name]}].")
+    if name not in BLOCKS:
+        remedy = did_you_mean(name, fitting) or "A file ends in .fmu or .mo."
+        raise refuse(where, f"the unknown block `{name}`", choices(fitting), remedy)
+    if name not in fitting:
+        raise refuse(where, f"`{name}`, a block of the socket `{BLOCKS[name].socket.name}`", choices(fitting))
+    return BLOCKS[name]
+
+
+def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
+    """The numbers of a block's own parameter set: the start values of its FMU."""
+    values, problems = values_of(block.name, block.parameters(), parameter_set(block.name), {})
+    raise_if_any(problems)
+    return values
+
+
+def ensure_built(
+    blocks: Sequence[type[Block[Any, Any, Any]]],
+    versions: Sequence[Version],
+    folder: Path,
+    progress: Callable[[str], None],
+) -> dict[tuple[str, Version], Path]:
+    """Build what is missing or out of date; the FMU file of each block and version."""
+    requests = [(block, version, default_values(block)) for block in blocks for version in versions]
+    built = build_all(requests, folder, progress)
+    return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
+
+
+def build_models(
+    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Callable[[str], None]
+) -> list[Path]:
+    """Build the FMUs of Modelica files: `FILE.mo`, or `FILE.mo:MODEL`. Raises `RequestError`."""
+    valid = "a Modelica file: FILE.mo, or FILE.mo:MODEL"
+    raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
+    found: list[Path] = []
+    for request in requests:
+        progress(f"building {request}")
+        found += [build_modelica(request, version, folder).path for version in versions]
+    return found

@@ -1,0 +1,64 @@
+"""The experiment: how long a system is run, in which steps, by which algorithm, and what is recorded of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Final, TypeAlias
+
+from components.interfaces.problem import choices, refuse
+from orchestrator.system.scene import Scene
+from orchestrator.system.system import System
+
+STEP: Final = 0.1
+"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it"""
+
+
+class Algorithm(StrEnum):
+    """How the units exchange data and step."""
+
+    SEQUENTIAL = "sequential"
+    JACOBI = "jacobi"
+    CLOCKED = "clocked"
+
+
+def algorithm_named(name: str) -> Algorithm:
+    """The algorithm of this name. Raises `RequestError`."""
+    if name not in set(Algorithm):
+        raise refuse("algorithm", f"`{name}`", choices(Algorithm))
+    return Algorithm(name)
+
+
+def macro_step(h: float) -> float:
+    """A macro step [s] that can be stepped with. Raises `RequestError`."""
+    if not (math.isfinite(h) and h > 0):
+        raise refuse("step", f"{h:g} s", "a positive number of seconds")
+    return h
+
+
+Choice: TypeAlias = Mapping[str, int]
+"""Keep the signals that fit a pattern at every n-th tick, 0 for never; the last pattern that fits counts."""
+
+
+EVERYTHING: Final[Choice] = {"*": 1}
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A system with an experiment, ready to run."""
+
+    name: str
+    title: str
+    system: System
+    scene: Scene | None
+    h: float
+    until: float
+    sources: Mapping[str, Mapping[str, Any]]
+    """Value, unit and source of every parameter, by full path"""
+    record: Choice = field(default_factory=lambda: dict(EVERYTHING))
+    """Which signals are recorded at every how many ticks"""
+    algorithm: Algorithm = Algorithm.SEQUENTIAL
+    solve_loops: bool = False
+    remarks: tuple[str, ...] = ()
