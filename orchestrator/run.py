@@ -9,24 +9,20 @@ import traceback
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from components.interfaces.problem import refuse
 from orchestrator.recording.messages import Recorder, Request
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.provenance import versions
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
-from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.stepping.rows import paces, without_gaps
-from orchestrator.system.experiment import EVERYTHING, Algorithm, Scenario, algorithm_named
+from orchestrator.system.experiment import EVERYTHING, Scenario
 from orchestrator.viewing.live import Live
 
 RECORDING = "recording.rrd"
@@ -42,50 +38,6 @@ class Finished:
     """What ended the run before its time"""
     notes: tuple[str, ...]
     """What did not go well beside it"""
-
-
-def load(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
-    """What a person asks to run, with the options applied. Raises `RequestError`.
-
-    A scenario by name or file, a system in an `.ssp` file, the system of a former run, or a single FMU.
-    """
-    path = Path(request)
-    if path.is_dir():
-        if not summary.is_run(path):
-            raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
-        path = path / "system.ssp"
-    if path.suffix not in {".ssp", ".fmu"}:
-        return prepare(request, options, progress)
-    if options.replacements or options.mode != Options().mode:
-        raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
-    settings = parse_settings(options.settings, None)
-    if path.suffix == ".fmu":
-        return in_this_manner(single_fmu(path, settings, options), options)
-    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
-
-    found = ssp_reader.read(
-        path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
-    )
-    if path.parent == Path(request) and not (path.parent / summary.SUMMARY).is_file():
-        found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
-    return in_this_manner(found, options)
-
-
-def in_this_manner(scenario: Scenario, options: Options) -> Scenario:
-    """The scenario with what the options say of how it is run. Raises `RequestError`."""
-    return replace(
-        scenario,
-        algorithm=_algorithm(scenario, options),
-        solve_loops=options.solve_loops or scenario.solve_loops,
-        record=parse_record(options.record) or scenario.record,
-    )
-
-
-def _algorithm(scenario: Scenario, options: Options) -> Algorithm:
-    if options.algorithm:
-        return algorithm_named(options.algorithm)
-    late = scenario.algorithm is Algorithm.JACOBI  # which has no loops to be solved
-    return Algorithm.SEQUENTIAL if options.solve_loops and late else scenario.algorithm
 
 
 @dataclass(frozen=True)

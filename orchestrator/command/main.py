@@ -84,7 +84,8 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     with ExitStack() as watching:
         with _working() as progress, RecordingProcess() as recording:
             from fmus.toolchain.version import Version  # noqa: PLC0415
-            from orchestrator.run import Beside, execute, load  # noqa: PLC0415
+            from orchestrator.load import load  # noqa: PLC0415
+            from orchestrator.run import Beside, execute  # noqa: PLC0415
             from orchestrator.scenario.options import Options  # noqa: PLC0415
             from orchestrator.viewing.live import Live, wish  # noqa: PLC0415
 

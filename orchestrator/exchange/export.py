@@ -10,8 +10,8 @@ from pathlib import Path
 from components.interfaces.problem import Problem, raise_if_any
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
+from orchestrator.load import load
 from orchestrator.mapping.mapped import for_others
-from orchestrator.run import load
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
 from orchestrator.system.source import Fmu

@@ -7,7 +7,7 @@ import pytest
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from fmus.units.isolated_unit import PATIENCE
-from orchestrator.run import load
+from orchestrator.load import load
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.run import load
+from orchestrator.load import load
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import simulate
 

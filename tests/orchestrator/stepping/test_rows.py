@@ -14,6 +14,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping import rows
 from orchestrator.stepping.master import Simulation
+from orchestrator.system.experiment import EVERYTHING
 
 
 @cache
