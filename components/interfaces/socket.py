@@ -3,24 +3,85 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
 
 from components.interfaces.problem import Problem
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable, variables
 
 
+class Reading(Enum):
+    """How much of an input bus a unit must read to fill its socket."""
+
+    NOTHING = "nothing"
+    SOMETHING = "something"
+    """At least one signal: without any the unit would be blind"""
+    EVERYTHING = "everything"
+    DESIRED = "desired"
+    """Nothing, but a unit that reads nothing is worth a remark"""
+
+
+class Position(Enum):
+    """What the positions on a bus may refer to in other tools: points of a vehicle, or ends of a box."""
+
+    VEHICLE = "vehicle"
+    BOX = "box"
+
+
+@dataclass(frozen=True)
+class BusTraits:
+    """What units of other makers may do differently with a bus, and what a socket makes of it when it is read."""
+
+    other_names: tuple[str, ...] = ()
+    """What structures of other makers are called that hold its signals, in lower case without separators"""
+    position: Position | None = None
+    """What its positions may refer to; `None` where it has none"""
+    partial: bool = False
+    """Whether its arrays have slots that may stay empty, so that shorter arrays fit too"""
+    numbered: tuple[str, str] | None = None
+    """A signal that is 1, 2, ... where it is missing, and the signal whose length says how many"""
+    driven_by: str = ""
+    """For an input bus: the output bus that drives it in a system of sockets, as `socket.bus`"""
+    must_read: Reading = Reading.NOTHING
+    """For an input bus: how much of it a unit must read to fill the socket"""
+
+
 @dataclass(frozen=True)
 class Socket:
-    """A role in a system: the buses that a unit in it reads, must offer and may offer.
+    """A role in a system: the buses that a unit in it reads, must offer and may offer, and how it acts in time.
 
-    Raises `RequestError` when a bus is not a record.
+    Args:
+        name: What the socket is called in scenarios, systems and commands.
+        inputs: Record type of each bus that the unit may read, by the name of the bus.
+        outputs: Record type of each bus that the unit must show.
+        optional: Record type of each bus that the unit may show.
+        traits: What else is known of its buses, by name; a bus without an entry has no special traits.
+        acts_through_step: Whether inputs act on outputs through the step only, as the state of a vehicle does: an FMU
+            that leaves its dependencies open is then taken to have no direct feedthrough.
+        essential: Whether every scenario fills the socket.
+
+    Raises:
+        RequestError: When a bus is not a record.
     """
 
     name: str
     inputs: Mapping[str, type]
     outputs: Mapping[str, type]
-    optional: Mapping[str, type]
+    optional: Mapping[str, type] = field(default_factory=dict[str, type])
+    traits: Mapping[str, BusTraits] = field(default_factory=dict[str, BusTraits])
+    acts_through_step: bool = False
+    essential: bool = False
+
+    def bus(self, name: str) -> BusTraits:
+        """The traits of a bus by its name, or of the bus that a signal (`state.v_x`) belongs to."""
+        return self.traits.get(name.partition(".")[0], _NO_TRAITS)
+
+    @property
+    def wiring(self) -> dict[str, str]:
+        """What drives each input bus in a system of sockets: `socket.bus` by `socket.bus`."""
+        return {f"{self.name}.{bus}": source for bus in self.inputs if (source := self.bus(bus).driven_by)}
 
     def required(self) -> list[Variable]:
         """The output signals every unit in this socket has."""
@@ -63,6 +124,9 @@ class Socket:
                     yield Problem(f"{unit}.{signal.name}", f"an {role} unknown to the socket `{self.name}`", names)
             elif not _agrees(wanted, signal.quantity):
                 yield Problem(f"{unit}.{signal.name}", describe(signal.quantity), describe(wanted))
+
+
+_NO_TRAITS: Final = BusTraits()
 
 
 def _signals(buses: Mapping[str, type]) -> list[Variable]:

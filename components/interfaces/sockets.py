@@ -1,10 +1,14 @@
-"""The three sockets of a system, and the records of their required buses."""
+"""The sockets of a system, and the records of their required buses; each socket is described here and nowhere else."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Final
+
 from components.interfaces.buses import Actuation, Motion, ObstacleList, Plan, Solver, Tyre, VehicleState, Waypoints
+from components.interfaces.problem import refuse
 from components.interfaces.record import record
-from components.interfaces.socket import Socket
+from components.interfaces.socket import BusTraits, Position, Reading, Socket
 
 
 @record
@@ -50,23 +54,61 @@ class ControllerOutputs:
     actuation: Actuation
 
 
-PLANT = Socket(
+_VEHICLE: Final = BusTraits(other_names=("state", "ego", "vehiclestate"), position=Position.VEHICLE)
+_EGO: Final = BusTraits(
+    other_names=("ego", "state", "egostate", "vehiclestate"), position=Position.VEHICLE, driven_by="plant.state"
+)
+_OBSTACLES: Final = BusTraits(
+    other_names=("obstacles", "obstacle", "objects", "object"),
+    position=Position.BOX,
+    partial=True,
+    numbered=("id", "x"),
+)
+
+PLANT: Final = Socket(
     name="plant",
     inputs={"actuation": Actuation},
     outputs={"state": VehicleState},
     optional={"tyre": Tyre, "motion": Motion},
+    traits={
+        "actuation": BusTraits(driven_by="controller.actuation", must_read=Reading.EVERYTHING),
+        "state": _VEHICLE,
+    },
+    acts_through_step=True,
+    essential=True,
 )
-TRAFFIC = Socket(
+TRAFFIC: Final = Socket(
     name="traffic",
     inputs={"ego": VehicleState},
     outputs={"obstacles": ObstacleList},
-    optional={},
+    traits={"ego": _EGO, "obstacles": _OBSTACLES},
+    acts_through_step=True,
+    essential=True,
 )
-CONTROLLER = Socket(
+CONTROLLER: Final = Socket(
     name="controller",
     inputs={"ego": VehicleState, "obstacles": ObstacleList},
     outputs={"actuation": Actuation},
     optional={"path": Waypoints, "plan": Plan, "solver": Solver},
+    traits={
+        "ego": replace(_EGO, must_read=Reading.SOMETHING),
+        "obstacles": replace(_OBSTACLES, driven_by="traffic.obstacles", must_read=Reading.DESIRED),
+    },
+    essential=True,
 )
 
-SOCKETS = {socket.name: socket for socket in (PLANT, TRAFFIC, CONTROLLER)}
+SOCKETS: Final[dict[str, Socket]] = {socket.name: socket for socket in (PLANT, TRAFFIC, CONTROLLER)}
+"""All sockets that are known, by name; `add_socket` adds another."""
+
+
+def add_socket(socket: Socket) -> None:
+    """Make another socket known: to scenarios, mapping files, checks and the command.
+
+    Args:
+        socket: The new socket; blocks that fill it are added to the catalogue of `components`.
+
+    Raises:
+        RequestError: When another socket has this name already.
+    """
+    if SOCKETS.setdefault(socket.name, socket) is not socket:
+        raise refuse(f"socket `{socket.name}`", "a socket of this name", "a name that no other socket has")

@@ -29,9 +29,9 @@ def adapted(
     made_of = _reach(shows, outputs, theirs.outputs, adaptation)
     through = made_of @ theirs.feedthrough @ _reach(adaptation.inputs, inputs, theirs.inputs, adaptation).T
     remarks: list[str] = []
-    if socket.name in {"plant", "traffic"} and not feedthrough:
+    if socket.acts_through_step and not feedthrough:
         through[: len(ours)] = False
-    elif socket.name in {"plant", "traffic"}:
+    elif socket.acts_through_step:
         silent = [i for i, v in enumerate(ours) if _undeclared(v.name, theirs, adaptation) and through[i].any()]
         if silent:
             through[silent] = False

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
-from components.interfaces.buses import SLOTS
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.record import Variable
-from components.interfaces.socket import ANY_LENGTH, Socket, describe
+from components.interfaces.socket import ANY_LENGTH, Reading, Socket, describe
 from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput
 from orchestrator.mapping.adapted_interface import adapted, is_plain, is_same
@@ -20,9 +19,6 @@ from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile
 from orchestrator.mapping.matching import match
 from orchestrator.mapping.relations import Relations
 from orchestrator.mapping.words import decision, listed, offer, remark
-
-SLOTS_FILLED: Final = "obstacles.id"
-"""The one signal that may be missing: slots are numbered 1, 2, ..."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +33,8 @@ class Row:
     """Variables and constants as text; empty where there is nothing"""
     note: str = ""
     """What was decided without being told"""
+    misfit: bool = False
+    """Whether there is a variable of this name that cannot stand for the signal; a problem says why"""
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,8 @@ class _Fit:
         self.mapping = self.given or MappingFile(self.name)
         polar = [bus for bus, velocity in self.mapping.velocities.items() if velocity == "speed_and_slip"]
         mirrored = self.mapping.axes == "y_right"
-        self.relations = Relations(self.mapping.where, {f"{bus}.v_y": "rad" for bus in polar}, mirrored, self.problems)
+        slips = {f"{bus}.v_y": "rad" for bus in polar}
+        self.relations = Relations(self.socket, self.mapping.where, slips, mirrored, self.problems)
 
     def done(self) -> Fitting:
         self._entries("inputs")
@@ -136,7 +135,7 @@ class _Fit:
         links = [*(self.inputs if role == "inputs" else self.outputs), *(r.rate for r in self.rates)]
         taken = {name for link in links for name, _ in link.theirs}
         free = [v for v in offered if v.name not in taken]
-        matches, doubtful = match([s for s in signals if s.name not in rows], free, SLOTS)
+        matches, doubtful = match(self.socket, [s for s in signals if s.name not in rows], free)
         for signal in signals:
             if signal.name in rows:
                 self.rows.append(rows[signal.name])
@@ -186,7 +185,7 @@ class _Fit:
         where = f"{self.name}.{row.signal.name}"
         if not self._linked(where, row.signal, row.role, entry, offered):
             if row.needed:
-                return replace(row, note=f"{self.problems[-1].found} does not fit")
+                return replace(row, note=f"{self.problems[-1].found} does not fit", misfit=True)
             self.remarks.append(f"{where}: {self.problems[-1].found} is not used")
             del self.problems[before:]
             return row
@@ -220,7 +219,7 @@ class _Fit:
         """Whether the socket cannot do without: all required outputs, and what moves a plant."""
         if role == "outputs":
             return signal.name in {s.name for s in self.socket.required()}
-        return self.socket.name == "plant"
+        return self.socket.bus(signal.name).must_read is Reading.EVERYTHING
 
     def _missing(self) -> None:
         """What the socket asks for and nothing stands for, as one problem; what the file leaves open as another."""
@@ -229,13 +228,17 @@ class _Fit:
         if left_open:
             found = f"nothing filled in yet for {', '.join(left_open)}"
             self.problems.append(Problem(self.mapping.where, found, f"a variable for each among {offer(self.theirs)}"))
-        ego = [r for r in self.rows if r.role == "inputs" and r.signal.name.startswith("ego.")]
-        blind = self.socket.name == "controller" and not any(r.theirs for r in ego)
-        wanted = [r for r in self.rows if r.needed or (blind and r in ego)]
-        seen = any(r.theirs for r in self.rows if r.signal.name.startswith("obstacles."))
-        if self.socket.name == "controller" and not seen:
-            self.remarks.append(f"{self.name}: {self.file} does not see the obstacles")
-        missing = [r for r in wanted if not (r.theirs or r.signal.name in given or r.note.endswith("does not fit"))]
+        unread: list[Row] = []
+        for bus in self.socket.inputs:
+            rows = [r for r in self.rows if r.role == "inputs" and r.signal.name.startswith(f"{bus}.")]
+            if any(r.theirs for r in rows):
+                continue
+            if self.socket.bus(bus).must_read is Reading.SOMETHING:
+                unread += rows
+            elif self.socket.bus(bus).must_read is Reading.DESIRED:
+                self.remarks.append(f"{self.name}: {self.file} does not see the {bus}")
+        wanted = [r for r in self.rows if r.needed or r in unread]
+        missing = [r for r in wanted if not (r.theirs or r.signal.name in given or r.misfit)]
         if missing:
             what = ", ".join(
                 f"{r.signal.name} ({describe(r.signal.quantity)}{f'; {r.note}' if r.note else ''})" for r in missing
@@ -246,15 +249,22 @@ class _Fit:
             self.problems.append(Problem(f"{self.name}: {self.file}", f"no variable for {what}", valid, remedy))
 
     def _number_slots(self) -> None:
-        """Obstacles without identity are numbered."""
-        row = next((r for r in self.rows if r.signal.name == SLOTS_FILLED and r.role == "outputs"), None)
-        others = next((link for link in self.outputs if link.signal == "obstacles.x"), None)
-        if row is None or others is None or row.theirs or row.note or SLOTS_FILLED in self.found:
+        """Number the elements of the arrays that the socket's description says may be numbered."""
+        for bus in self.socket.outputs:
+            numbered = self.socket.bus(bus).numbered
+            if numbered is not None:
+                self._number(*(f"{bus}.{leaf}" for leaf in numbered))
+
+    def _number(self, signal: str, counted: str) -> None:
+        """Give the elements of `signal` the numbers 1, 2, ..., as many as `counted` has; the others are 0."""
+        row = next((r for r in self.rows if r.signal.name == signal and r.role == "outputs"), None)
+        others = next((link for link in self.outputs if link.signal == counted), None)
+        if row is None or others is None or row.theirs or row.note or signal in self.found:
             return
-        numbers = [i + 1 if i < len(others.theirs) else 0 for i in range(SLOTS)]
-        self.constants[SLOTS_FILLED] = numbers
-        self.found[SLOTS_FILLED] = (Entry(constant=Amount(numbers)),)
-        self.remarks.append(f"{self.name}.{SLOTS_FILLED}: not shown by {self.file}, numbered from 1")
+        numbers = [i + 1 if i < len(others.theirs) else 0 for i in range(row.signal.size)]
+        self.constants[signal] = numbers
+        self.found[signal] = (Entry(constant=Amount(numbers)),)
+        self.remarks.append(f"{self.name}.{signal}: not shown by {self.file}, numbered from 1")
         self.rows[self.rows.index(row)] = replace(row, theirs="1, 2, ...", note="numbered")
 
     def _held(self, driven: set[str]) -> dict[str, Any]:

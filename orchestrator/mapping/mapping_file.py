@@ -21,6 +21,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from components.interfaces.socket import Position
+
 ROLES: Final[Mapping[str, tuple[str, ...]]] = {
     "steering_wheel_angle": ("ratio",),
     "steering_rate": ("limit",),
@@ -33,6 +35,8 @@ ROLES: Final[Mapping[str, tuple[str, ...]]] = {
 STEERING: Final = frozenset({"steering_wheel_angle", "steering_rate"})
 POINTS: Final = ("centre_of_gravity", "rear_axle", "front_axle", "ahead")
 ENDS: Final = ("centre", "rear_bumper", "front_bumper")
+REFERENCES: Final[Mapping[Position, tuple[str, ...]]] = {Position.VEHICLE: POINTS, Position.BOX: ENDS}
+"""What the positions on a bus may refer to; the first of each is ours"""
 VELOCITIES: Final = ("body", "road", "speed_and_slip")
 AXES: Final = ("iso8855", "y_right")
 TO_FILL: Final = "?"

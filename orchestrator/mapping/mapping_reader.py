@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any, Final, TypeAlias, cast
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from components.interfaces.socket import Socket
+from components.interfaces.socket import Position, Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.mapping.mapping_file import (
     AXES,
-    ENDS,
     POINTS,
+    REFERENCES,
     ROLES,
     STEERING,
     VELOCITIES,
@@ -80,7 +80,7 @@ class _Reader:
             self.chosen(content, "axes", AXES, AXES[0]) or AXES[0],
             bool(feedthrough),
             {name: entries for bus, table in tables.items() for name, entries in self.entries(bus, table, socket)},
-            {bus: r for bus, table in tables.items() if (r := self.reference(bus, table))},
+            {bus: r for bus, table in tables.items() if (r := self.reference(bus, socket.bus(bus).position, table))},
             {bus: v for bus, table in tables.items() if (v := self.chosen(table, "velocity", VELOCITIES, None, bus))},
             self.amounts(content, "constants"),
             self.amounts(content, "parameters"),
@@ -125,13 +125,13 @@ class _Reader:
         self.wrong(key, f"`{value}`", "a number with its unit", 'Write { value = ..., unit = "..." }.')
         return None
 
-    def reference(self, bus: str, table: Table) -> tuple[str, Amount | None] | None:
+    def reference(self, bus: str, position: Position | None, table: Table) -> tuple[str, Amount | None] | None:
         """The point of the vehicle or the end of the boxes that positions are those of."""
         given = table.get("reference")
         if given is None:
             return None
         key = f"{bus}.reference"
-        known = {"state": POINTS, "ego": POINTS, "obstacles": ENDS}.get(bus, ())
+        known = () if position is None else REFERENCES[position]
         content: Table = cast(Table, given) if isinstance(given, dict) else {"point": given}
         for name in (name for name in content if name not in {"point", "distance"}):
             self.unknown(f"{key}.{name}", name, ("point", "distance"))

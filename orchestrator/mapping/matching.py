@@ -15,17 +15,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from components.interfaces.record import Variable
-from components.interfaces.socket import ANY_LENGTH
+from components.interfaces.socket import ANY_LENGTH, Socket
 
 _INDEX: Final = re.compile(r"[\[(](\d+)[\])]|(?<=[A-Za-z])_?(\d+)(?=[._]|$)")
-_ALIASES: Final[Mapping[str, tuple[str, ...]]] = {
-    "state": ("state", "ego", "vehiclestate"),
-    "ego": ("ego", "state", "egostate", "vehiclestate"),
-    "obstacles": ("obstacles", "obstacle", "objects", "object"),
-}
 _BEFORE: Final = re.compile(r"^(in|out|input|output|plant|vehicle|traffic|controller)+(?=.)")
 
 
@@ -52,19 +48,26 @@ class Candidate:
 
 
 def match(
-    signals: Sequence[Variable], offered: Sequence[Variable], slots: int
+    socket: Socket, signals: Sequence[Variable], offered: Sequence[Variable]
 ) -> tuple[dict[str, Match], dict[str, list[str]]]:
-    """Matches by signal, and by signal the names that are equally good.
+    """Match signals of a socket with the variables that an FMU offers.
 
-    `slots` is the largest number of elements that an array of ours of that length may leave open (obstacles).
+    Args:
+        socket: The socket whose description says which arrays may be shorter, and what others call its buses.
+        signals: The signals that are looked for.
+        offered: The variables that none of the other signals has taken.
+
+    Returns:
+        The match of each signal that has one, and for the others the names that are equally good.
     """
     candidates = list(_candidates(offered))
     found: dict[str, Match] = {}
     doubtful: dict[str, list[str]] = {}
-    for level in (_same, _same_structure, _same_leaf):
+    levels = (_same, partial(_same_structure, socket), _same_leaf)
+    for level in levels:
         used = {name for m in found.values() for name in m.names}
         free = [c for c in candidates if not used & set(c.match.names)]
-        proposals = {s.name: [c for c in free if _fits(s, c, slots) and level(s.name, c.name)] for s in signals}
+        proposals = {s.name: [c for c in free if _fits(socket, s, c) and level(s.name, c.name)] for s in signals}
         proposals = {name: _preferred(name, options) for name, options in proposals.items() if name not in found}
         takers: dict[str, int] = {}
         for option in (options[0] for options in proposals.values() if len(options) == 1):
@@ -75,7 +78,7 @@ def match(
                 doubtful.pop(name, None)
             elif options:
                 doubtful.setdefault(name, sorted(o.name for o in options))
-    for name, candidate in _whole_buses(signals, candidates, found, slots):
+    for name, candidate in _whole_buses(socket, signals, candidates, found):
         found[name] = candidate.match
         doubtful.pop(name, None)
     return found, doubtful
@@ -98,15 +101,15 @@ def _candidates(offered: Sequence[Variable]) -> Iterator[Candidate]:
             yield Candidate(name, Match(tuple(elements[n] for n in numbers)), (len(numbers),))
 
 
-def _fits(signal: Variable, candidate: Candidate, slots: int) -> bool:
-    """Whether the shapes agree, and both are numbers; obstacles may be fewer than there are slots."""
+def _fits(socket: Socket, signal: Variable, candidate: Candidate) -> bool:
+    """Whether the shapes agree, and both are numbers; slots of a partial array may stay empty."""
     if len(signal.shape) != len(candidate.shape) or not all(
         v.quantity.type.is_number for v in candidate.match.variables
     ):
         return False
-    open_ended = signal.name.startswith("obstacles.")
+    partial_arrays = socket.bus(signal.name).partial
     return all(
-        a in {ANY_LENGTH, b} or (open_ended and 0 < b <= slots)
+        a in {ANY_LENGTH, b} or (partial_arrays and 0 < b <= a)
         for a, b in zip(signal.shape, candidate.shape, strict=True)
     )
 
@@ -122,11 +125,11 @@ def _same(signal: str, name: str) -> bool:
     return name == signal
 
 
-def _same_structure(signal: str, name: str) -> bool:
+def _same_structure(socket: Socket, signal: str, name: str) -> bool:
     bus, _, leaf = signal.partition(".")
     plain = _plain(name)
     for variant in {plain, _BEFORE.sub("", plain)}:
-        for alias in _ALIASES.get(bus, (bus,)):
+        for alias in socket.bus(bus).other_names or (bus,):
             if variant in {alias + _plain(leaf), alias + "bus" + _plain(leaf)}:
                 return True
     return False
@@ -141,7 +144,7 @@ def _plain(name: str) -> str:
 
 
 def _whole_buses(
-    signals: Sequence[Variable], candidates: Sequence[Candidate], found: Mapping[str, Match], slots: int
+    socket: Socket, signals: Sequence[Variable], candidates: Sequence[Candidate], found: Mapping[str, Match]
 ) -> Iterator[tuple[str, Candidate]]:
     """Buses of which nothing is known yet, found whole in exactly one structure of another name."""
     buses: dict[str, list[Variable]] = {}
@@ -155,7 +158,7 @@ def _whole_buses(
             leaf = _plain(signal.name.partition(".")[2])
             for c in candidates:
                 structure, _, last = c.name.rpartition(".")
-                if structure and _plain(last) == leaf and _fits(signal, c, slots):
+                if structure and _plain(last) == leaf and _fits(socket, signal, c):
                     options.setdefault(structure, {})[signal.name] = c
         whole = [option for option in options.values() if len(option) == len(members)]
         if len(whole) == 1:

@@ -12,7 +12,7 @@ from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from components.interfaces.socket import ANY_LENGTH, describe
+from components.interfaces.socket import ANY_LENGTH, Socket, describe
 from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
 from fmus.units.adaptation import Link, Place, RateInput
 from fmus.units.conventions import (
@@ -49,6 +49,7 @@ _SCALES: Mapping[str, Callable[[Mapping[str, float]], float]] = {
 class Relations:
     """Makes links for one FMU and gathers what is wrong with the entries."""
 
+    socket: Socket
     where: str
     """The mapping file's name, for messages"""
     unit_of: Mapping[str, str]
@@ -100,13 +101,10 @@ class Relations:
                 self.problems.append(Problem(key, f"the unknown variable `{name}`", choices(known), remedy))
                 return None
         size = 1 if not signal.shape else signal.shape[0]
-        fits = (
-            len(found) == size
-            or (size == ANY_LENGTH and found)
-            or (0 < len(found) < size and "obstacles." in signal.name)
-        )
+        partial = self.socket.bus(signal.name).partial
+        fits = len(found) == size or (size == ANY_LENGTH and found) or (0 < len(found) < size and partial)
         if not fits:
-            valid = "1 element" if not signal.shape else f"{'up to ' * ('obstacles.' in signal.name)}{size} elements"
+            valid = "1 element" if not signal.shape else f"{'up to ' * partial}{size} elements"
             self.problems.append(Problem(key, f"{len(found)} elements in {', '.join(f'`{n}`' for n in names)}", valid))
             return None
         return tuple(found), known[found[0][0]].quantity

@@ -11,7 +11,7 @@ from typing import Final
 
 from components.interfaces.problem import refuse
 from components.interfaces.record import Variable
-from components.interfaces.socket import Socket
+from components.interfaces.socket import Position, Socket
 from fmus.unit_interface import Interface
 from orchestrator.mapping.fitting import Fitting, Row
 from orchestrator.mapping.mapping_file import ROLES, STEERING, TO_FILL, entries_text, quoted
@@ -29,11 +29,11 @@ _SYNONYMS: Final = {
     "valid": "exists active present",
     "v": "speed velocity",
 }
-_HINTS: Final = {
-    "state": '# reference = { point = "rear_axle", distance = { value = 1.4, unit = "m" } }  # else centre_of_gravity\n'
-    '# velocity = "speed_and_slip"  # v and beta in place of v_x and v_y; or "road": along the road',
-    "obstacles": '# reference = "rear_bumper"  # ours: centre; for arrays of structures: x = "object[*].x"',
-}
+_VEHICLE_HINT: Final = (
+    '# reference = { point = "rear_axle", distance = { value = 1.4, unit = "m" } }  # else centre_of_gravity\n'
+    '# velocity = "speed_and_slip"  # v and beta in place of v_x and v_y; or "road": along the road'
+)
+_BOX_HINT: Final = '# reference = "rear_bumper"  # ours: centre; for arrays of structures: x = "object[*].x"'
 _HINTS_OF_SIGNALS: Final = {
     "delta_f": 'or { variable = "...", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }, '
     'as = "steering_rate"',
@@ -63,7 +63,8 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
         "# feedthrough = false  # its outputs show by stepping, though it declares that they depend on its inputs",
     ]
     for bus in socket.buses:
-        lines += ["", *_bus(bus, [r for r in fitting.rows if r.signal.name.startswith(f"{bus}.")], fitting, theirs)]
+        rows = [r for r in fitting.rows if r.signal.name.startswith(f"{bus}.")]
+        lines += ["", *_bus(bus, socket.bus(bus).position, rows, fitting, theirs)]
     driven = {name for entries in fitting.mapping.signals.values() for e in entries for name in e.variables}
     free = [v for v in theirs.inputs if v.name not in driven]
     if free:
@@ -94,15 +95,19 @@ def relative(fmu: Path, folder: Path) -> str:
     return Path(os.path.relpath(fmu.resolve(), folder.resolve())).as_posix()
 
 
-def _bus(bus: str, rows: Sequence[Row], fitting: Fitting, theirs: Interface) -> Iterator[str]:
+def _bus(
+    bus: str, position: Position | None, rows: Sequence[Row], fitting: Fitting, theirs: Interface
+) -> Iterator[str]:
     role = rows[0].role
     known = any(row.signal.name in fitting.mapping.signals for row in rows)
     needed = any(row.needed for row in rows)
     mark = "" if known or needed else "# "
     what = "what it shows" if role == "outputs" else "what it reads"
     yield f"{mark}[{bus}]  # {what}{'' if needed else ', optional'}"
-    if bus in _HINTS:
-        yield _HINTS[bus]
+    if position is Position.VEHICLE and role == "outputs":
+        yield _VEHICLE_HINT
+    elif position is Position.BOX:
+        yield _BOX_HINT
     for row in rows:
         yield mark + _line(row, fitting, theirs).removeprefix(mark)
 

@@ -17,7 +17,7 @@ def offered(*names, shape=(), kind=Type.FLOAT64):
 
 
 def matched(socket, role, *variables):
-    found, doubtful = match(socket.signals(role), variables, 8)
+    found, doubtful = match(socket, socket.signals(role), variables)
     return {signal: list(m.names) for signal, m in found.items()}, doubtful
 
 
