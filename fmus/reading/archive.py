@@ -43,6 +43,11 @@ class Archive:
         return self.description.coSimulation is None
 
     @property
+    def is_plain_fmi3(self) -> bool:
+        """Whether it is FMI 3.0 Co-Simulation, which can be stepped without Event Mode."""
+        return self.version == Version.FMI3 and not self.is_model_exchange
+
+    @property
     def kind(self) -> Any:
         """The interface type that is used, with its capabilities: Co-Simulation where there is a choice."""
         return self.description.coSimulation or self.description.modelExchange

@@ -23,7 +23,7 @@ from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 from fmu_manipulation_toolbox.container import (  # pyright: ignore[reportMissingTypeStubs]
@@ -37,12 +37,12 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
-from orchestrator.ssp.writer import element_names, ends, is_old, not_a_file
+from orchestrator.ssp.writer import element_names, ends, is_old
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
 from orchestrator.stepping.schedule import follows_inputs, schedule
 from orchestrator.system.connection import Connection
 from orchestrator.system.experiment import Algorithm, Scenario
-from orchestrator.system.source import Fmu
+from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
 _JACOBI: Final = "Export it with --algorithm jacobi."
@@ -93,9 +93,9 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
     if algorithm is Algorithm.CLOCKED:
         yield Problem("algorithm", "`clocked`, for which a container has no Event Mode", "sequential, jacobi")
     for name, source in system.units.items():
-        if not isinstance(source, Fmu):
-            yield not_a_file(name, source)
-    versions = {n: s.archive.version for n, s in system.units.items() if isinstance(s, Fmu)}
+        if (problem := source.foreign_problem(name)) is not None:
+            yield problem
+    versions = {n: s.describe().version for n, s in system.units.items() if s.foreign_problem(n) is None}
     if len(set(versions.values())) > 1:
         told = ", ".join(f"{name} FMI {version}.0" for name, version in versions.items())
         yield Problem("FMI versions", told, "one version for all units", "Export it with --fmi 2 or --fmi 3.")
@@ -139,7 +139,7 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
     made: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
     made.start_time, made.stop_time = 0.0, scenario.until
     for name in names:
-        _copy(cast(Fmu, system.units[name]), folder / f"{name}.fmu")
+        _copy(system.units[name], folder / f"{name}.fmu")
         made.get_fmu(f"{name}.fmu")
     for wire in system.connections:
         for start, end in ends(system, wire, old=old):
@@ -153,12 +153,14 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
     return made
 
 
-def _copy(source: Fmu, path: Path) -> None:
+def _copy(source: UnitSource, path: Path) -> None:
     """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, which a container has not."""
+    file = source.describe().file
+    assert file is not None  # noqa: S101 - a unit without a file has been refused
     if not source.interface.clocks:
-        shutil.copy(source.path, path)
+        shutil.copy(file, path)
         return
-    with zipfile.ZipFile(source.path) as old, zipfile.ZipFile(path, "w") as new:
+    with zipfile.ZipFile(file) as old, zipfile.ZipFile(path, "w") as new:
         for entry in old.infolist():
             content = old.read(entry)
             if entry.filename == "modelDescription.xml":
@@ -175,7 +177,7 @@ def _copy(source: Fmu, path: Path) -> None:
 def _expose(made: Any, system: System, name: str, role: str, values: Mapping[str, Any]) -> None:
     """Variables of a unit that stay open, each with its value as start."""
     source, old = system.units[name], is_old(system)
-    structural = set(cast(Fmu, source).archive.structural)
+    structural = set(source.structural)
     variables: list[Variable] = [v for v in getattr(source.interface, role) if role == "parameters" or v.name in values]
     for variable in variables:
         if variable.name in structural:
@@ -211,8 +213,8 @@ def _whole_starts(configuration: str, system: System) -> str:
             found = re.match(r"# Start values of (.+)\.fmu - boolean", line)
             unit = found[1] if found else ""
         elif unit and len(words := line.split()) == len(("reference", "size", "reset", "value")) and int(words[1]) > 1:
-            source = cast(Fmu, system.units[unit])
-            name = next(n for n, references in source.archive.references.items() if references == [int(words[0])])
+            source = system.units[unit]
+            name = next(n for n, references in source.references.items() if references == [int(words[0])])
             values = {**source.parameters, **system.held_by(unit)}[name]
             lines[i] = " ".join([*words[:3], *(str(int(v)) for v in np.ravel(values))])
     return "\n".join(lines)

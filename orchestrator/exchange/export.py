@@ -11,10 +11,8 @@ from components.interfaces.problem import Problem, raise_if_any
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
 from orchestrator.load import load
-from orchestrator.mapping.mapped import for_others
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
-from orchestrator.system.source import Fmu
 
 
 @dataclass(frozen=True)
@@ -40,9 +38,9 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
     """
     raise_if_any(_target_problems(targets))
     scenario = load(request, options, progress)
-    units = {name: for_others(source) for name, source in scenario.system.units.items()}
+    units = {name: source.for_other_tools() for name, source in scenario.system.units.items()}
     scenario = replace(scenario, system=replace(scenario.system, units=units))
-    raise_if_any(ssp.not_a_file(name, source) for name, source in units.items() if not isinstance(source, Fmu))
+    raise_if_any(problem for name, source in units.items() if (problem := source.foreign_problem(name)) is not None)
     lines: list[str] = []
     if targets.container is not None:
         progress("putting the FMUs into one")

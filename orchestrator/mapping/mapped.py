@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, final
+
+from typing_extensions import override
 
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.socket import Socket
@@ -13,58 +16,88 @@ from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
 from orchestrator.mapping.fitting import Fitting, fit
 from orchestrator.mapping.mapping_file import MappingFile, written
-from orchestrator.system.source import Fmu, Source
+from orchestrator.system.source import Fmu, SourceDescription, UnitSource
 
 
+@final
 @dataclass(frozen=True)
-class Mapped:
+class Mapped(UnitSource):
     """An FMU behind the interface of a socket. Its signals are those of the socket, whatever the FMU calls them."""
 
     fmu: Fmu
     fitting: Fitting
 
     @property
-    def parameters(self) -> Mapping[str, Any]:
+    def parameters(self) -> Mapping[str, Any]:  # type: ignore[override] - read through to the FMU, as all of it is
         """Those of the FMU that are given."""
         return self.fmu.parameters
 
     @property
+    @override
     def interface(self) -> Interface:
         """The socket's, and what the FMU shows beyond it."""
         return self.fitting.interface
 
-    @property
-    def text(self) -> str:
-        """The whole mapping as TOML."""
-        return written(self.fitting.mapping)
+    @override
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Mapped:
+        return replace(self, fmu=self.fmu.with_parameters(parameters))
 
-    def make(self, name: str) -> Unit:
-        """The running unit."""
-        return MappedUnit(name, self.interface, self.fmu.make(name), self.fitting.adaptation)
+    @override
+    def in_own_process(self, patience: float) -> Mapped:
+        return replace(self, fmu=self.fmu.in_own_process(patience))
 
+    @override
+    def describe(self) -> SourceDescription:
+        return self.fmu.describe()
 
-def fmu_of(source: Source) -> Fmu | None:
-    """The FMU that a unit is made from; None for a block of this process."""
-    fmu = source.fmu if isinstance(source, Mapped) else source
-    return fmu if isinstance(fmu, Fmu) else None
+    @override
+    def mapping_text(self, file: str | None = None) -> str:
+        return written(self.fitting.mapping, file)
 
+    @override
+    def open(self, name: str) -> Unit:
+        return MappedUnit(name, self.interface, self.fmu.open(name), self.fitting.adaptation)
 
-def for_others(source: Source) -> Source:
-    """What another tool is given: the FMU itself, where its mapping only adds to what its file says of it."""
-    return source.fmu if isinstance(source, Mapped) and source.fitting.plain else source
+    @override
+    def for_other_tools(self) -> UnitSource:
+        """The FMU itself, where its mapping only adds to what its file says of it."""
+        return self.fmu if self.fitting.plain else self
+
+    @override
+    def foreign_problem(self, unit: str) -> Problem:
+        found = f"`{self.interface.kind}` behind a mapping, which other tools do not read"
+        return Problem(unit, found, "an FMU with the names and units of its socket", "Export it so, or run it here.")
+
+    @override
+    def single_instance(self) -> Path | None:
+        return self.fmu.single_instance()
 
 
 def fitted(
     name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = None
 ) -> tuple[Fmu | Mapped, tuple[Problem, ...], tuple[str, ...]]:
-    """An FMU for a socket, what keeps it from fitting, and what was decided without being told."""
+    """Fit an FMU to a socket.
+
+    Args:
+        name: The unit's name, for messages.
+        socket: The socket it is to fill.
+        fmu: The FMU, with its parameters.
+        mapping: What a mapping file says of it; without one, its names decide.
+
+    Returns:
+        The source for the unit, what keeps it from fitting, and what was decided without being told.
+    """
     found = fit(name, socket, fmu.interface, str(fmu.path), mapping)
     source = Mapped(fmu, found) if found.needed else fmu
     return source, found.problems, found.remarks
 
 
 def mapped(name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = None) -> Fmu | Mapped:
-    """An FMU as a unit of a system of your own. Raises `RequestError` with all that keeps it from fitting."""
+    """An FMU as a unit of a system of your own; arguments as for `fitted`.
+
+    Raises:
+        RequestError: With all that keeps it from fitting.
+    """
     source, problems, _ = fitted(name, socket, fmu, mapping)
     raise_if_any(problems)
     return source

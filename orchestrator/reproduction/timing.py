@@ -23,7 +23,7 @@ from orchestrator.reproduction.paper.experiments import TimingPlan
 from orchestrator.reproduction.runs import MODE, Outcome, options
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.system.source import Source
+from orchestrator.system.source import UnitSource
 
 PASSES: Final = 3
 """How often all states are sampled, after the pass that is not counted."""
@@ -39,7 +39,7 @@ def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Callabl
     """Median and 99th percentile of each controller's time per sample; native ones as FMU too."""
     states = outcomes[plan.states]
     frame = pd.read_parquet(states.folder / "signals.parquet")
-    sources: dict[tuple[str, str], Source] = {}
+    sources: dict[tuple[str, str], UnitSource] = {}
     for name in plan.controllers:
         sources[name, IN_PROCESS] = _controller(states, name, "blocks")
         if BLOCKS[name].native:
@@ -58,16 +58,16 @@ def _timing(name: str, way: str, found: Sequence[float], reference: Sequence[flo
     return Timing(name, way, float(p50 * 1e6), float(p99 * 1e6), float(p50 / r50), float(p99 / r99))
 
 
-def _controller(states: Outcome, name: str, mode: Mode) -> Source:
+def _controller(states: Outcome, name: str, mode: Mode) -> UnitSource:
     """A controller with the parameters it would have in the run that the states are taken from."""
     replacements = {**options(states.run).replacements, "controller": name}
     made = prepare(states.run.scenario, Options(mode=mode, replacements=replacements))
     return made.system.units["controller"]
 
 
-def _pass(source: Source, frame: pd.DataFrame) -> list[float]:
+def _pass(source: UnitSource, frame: pd.DataFrame) -> list[float]:
     """Seconds of every sample of a run, from a fresh start."""
-    unit = source.make("controller")
+    unit = source.open("controller")
     try:
         inputs, outputs = (
             {kind: np.zeros(n, DTYPES[kind]) for kind, n in widths(variables).items()}

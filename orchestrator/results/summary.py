@@ -17,15 +17,12 @@ from typing import Any, Final, cast
 import numpy as np
 
 from components.interfaces.problem import refuse
-from fmus.toolchain.version import Version
-from orchestrator.mapping.mapped import Mapped
 from orchestrator.pictures import pages
 from orchestrator.results import metrics
 from orchestrator.results.provenance import versions
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
-from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 
 SUMMARY: Final = "summary.json"
@@ -132,16 +129,14 @@ def units(system: System) -> dict[str, dict[str, Any]]:
 
 def _unit(system: System, name: str) -> dict[str, Any]:
     source = system.units[name]
-    socket = system.sockets.get(name)
-    told: dict[str, Any] = {"kind": source.interface.kind, "socket": socket.name if socket else None}
-    if isinstance(source, Mapped):
-        told["mapping"] = source.text
-        source = source.fmu
-    if isinstance(source, Fmu):
-        path = Path(source.path)
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        return {**told, "runs_as": f"FMI {Version(source.archive.version)}.0", "file": path.name, "sha256": digest}
-    return {**told, "runs_as": "block in this process"}
+    described, socket = source.describe(), system.sockets.get(name)
+    told: dict[str, Any] = {"kind": described.kind, "socket": socket.name if socket else None}
+    if (mapping := source.mapping_text()) is not None:
+        told["mapping"] = mapping
+    told["runs_as"] = described.runs_as
+    if described.file is not None:
+        told |= {"file": described.file.name, "sha256": hashlib.sha256(described.file.read_bytes()).hexdigest()}
+    return told
 
 
 def write_summary(told: Mapping[str, Any], folder: Path) -> None:

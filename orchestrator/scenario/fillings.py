@@ -20,7 +20,7 @@ from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.parameters import Given, Part, Setting, parameter_set, values_of
-from orchestrator.system.source import Fmu, Source
+from orchestrator.system.source import Fmu, UnitSource
 
 WIRING: Final = {
     "plant.actuation": "controller.actuation",
@@ -41,7 +41,7 @@ class Gathered:
     mappings: dict[str, MappingFile | None] = field(default_factory=dict[str, MappingFile | None])
     values: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
     sources: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    foreign: dict[str, Source] = field(default_factory=dict[str, Source])
+    foreign: dict[str, UnitSource] = field(default_factory=dict[str, UnitSource])
     problems: list[Problem] = field(default_factory=list[Problem])
     remarks: list[str] = field(default_factory=list[str])
 
@@ -62,7 +62,7 @@ class Gathered:
         given = part.parameters | in_units_of(part.parameters, fmu.interface)[0]
         declared = fmu.interface.parameters
         values, found = values_of(socket, declared, {}, given, settings)
-        fmu = fmu if found else fmu.changed(parameters=values)
+        fmu = fmu if found else fmu.with_parameters(values)
         self.foreign[socket], wrong, told = fitted(socket, SOCKETS[socket], fmu, self.mappings.get(socket))
         self.problems += [*found, *wrong]
         self.remarks += told
@@ -83,7 +83,7 @@ def sources_of(
     return {f"{where}.{n}": {"value": v, "unit": units[n], "source": origin[n]} for n, v in values.items()}
 
 
-def wiring_of(units: Mapping[str, Source]) -> dict[str, str]:
+def wiring_of(units: Mapping[str, UnitSource]) -> dict[str, str]:
     """How the three sockets are connected; a bus that an FMU does not read is left out."""
     foreign = {name for name, source in units.items() if isinstance(source, Mapped)}
     read = {f"{name}.{v.name.partition('.')[0]}" for name in foreign for v in units[name].interface.inputs}

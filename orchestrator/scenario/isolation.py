@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from orchestrator.mapping.mapped import Mapped
-from orchestrator.system.source import Fmu, Source
+from orchestrator.system.source import UnitSource
 
 
-def isolated(units: Mapping[str, Source], requests: Sequence[str]) -> dict[str, Source]:
+def isolated(units: Mapping[str, UnitSource], requests: Sequence[str]) -> dict[str, UnitSource]:
     """The units, those that `requests` name in processes of their own. Raises `RequestError`.
 
     `UNIT:SECONDS` also says how long one call may take. They are given before the system is made: some FMUs can be
@@ -28,10 +26,8 @@ def isolated(units: Mapping[str, Source], requests: Sequence[str]) -> dict[str, 
             problems.append(Problem(where, f"the unknown unit `{name}`", choices(units), did_you_mean(name, units)))
         elif not patience > 0:
             problems.append(Problem(where, f"`{seconds}`", "a positive number of seconds"))
-        elif isinstance(source, Mapped):
-            found[name] = replace(source, fmu=source.fmu.changed(isolated=patience))
-        elif isinstance(source, Fmu):
-            found[name] = source.changed(isolated=patience)
+        elif (isolated_source := source.in_own_process(patience)) is not None:
+            found[name] = isolated_source
         else:
             problems.append(Problem(where, f"`{name}`, a block in this process", "an FMU", "Leave out --blocks."))
     raise_if_any(problems)

@@ -33,7 +33,7 @@ from orchestrator.scenario.settings import parse_record, parse_settings
 from orchestrator.system.experiment import EVERYTHING, Scenario, algorithm_named, macro_step
 from orchestrator.system.files import read_toml
 from orchestrator.system.scene import Scene
-from orchestrator.system.source import Fmu, InProcess, Source
+from orchestrator.system.source import Fmu, InProcess, UnitSource
 from orchestrator.system.system import System
 
 
@@ -152,12 +152,12 @@ def _units(
     gathered: Gathered,
     mode: Mode,
     progress: Callable[[str], None],
-) -> dict[str, Source]:
+) -> dict[str, UnitSource]:
     files: dict[tuple[str, Version], Path] = {}
     if mode != "blocks":
         native = [kind for kind in kinds.values() if kind.native]
         files = ensure_built(native, [mode], built_folder(), progress)
-    units: dict[str, Source] = {}
+    units: dict[str, UnitSource] = {}
     for socket in SOCKETS:
         if socket in gathered.foreign:
             units[socket] = gathered.foreign[socket]

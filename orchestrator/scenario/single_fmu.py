@@ -44,7 +44,7 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=str(archive.description.description or archive.description.modelName),
         system=System(
-            isolated({unit: fmu.changed(parameters=values)}, options.isolate),
+            isolated({unit: fmu.with_parameters(values)}, options.isolate),
             {},
             {f"{unit}.{n}": v for n, v in held.items()},
         ),

@@ -30,14 +30,14 @@ from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
 from orchestrator.ssp.parameter_values import Value, gather
 from orchestrator.ssp.rules import NS
-from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at, with_parameters
+from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
 from orchestrator.system.experiment import STEP, Algorithm, Scenario, algorithm_named, macro_step
 from orchestrator.system.scene import Scene
-from orchestrator.system.source import Source
+from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
 _MANY: Final = 12
@@ -102,7 +102,7 @@ def read(  # noqa: PLR0913 - what a person can change
 
 
 def _system(
-    units: Mapping[str, Source], assembly: Assembly, notes: Notes | None, steps: Mapping[str, Fraction]
+    units: Mapping[str, UnitSource], assembly: Assembly, notes: Notes | None, steps: Mapping[str, Fraction]
 ) -> System | None:
     """The system; None where it is wrong: the findings say why, with the places in the SSP."""
     try:
@@ -185,7 +185,7 @@ def _hinted_step(document: Document) -> float | None:
 
 def _units(
     root: Group, parts: dict[tuple[str, ...], Part], findings: Findings, settings: Settings
-) -> tuple[dict[str, Source], Assembly, dict[str, Mapping[str, Any]]]:
+) -> tuple[dict[str, UnitSource], Assembly, dict[str, Mapping[str, Any]]]:
     """All units with their parameter values, how they are connected, and where the values come from."""
     values = gather(root, lambda component, name: component.path in parts and parts[component.path].has(name))
     assembly = Assembly(findings, values, Wiring(root, parts, findings))
@@ -196,7 +196,7 @@ def _units(
                 s.name: s.value for s in settings.get(part.name, ()) if s.name in part.structural and s.index is None
             }
             parts[path] = part.opened_with(given, findings)
-    units: dict[str, Source] = {}
+    units: dict[str, UnitSource] = {}
     sources: dict[str, Mapping[str, Any]] = {}
     for part in parts.values():
         units[part.name], told = _with_values(part, assembly.parameters(part), settings.get(part.name, ()), assembly)
@@ -215,7 +215,7 @@ def _units(
 
 def _with_values(
     part: Part, found: Mapping[str, tuple[Any, Value]], settings: Sequence[Setting], assembly: Assembly
-) -> tuple[Source, dict[str, Mapping[str, Any]]]:
+) -> tuple[UnitSource, dict[str, Mapping[str, Any]]]:
     settable = (*part.source.interface.parameters, *part.source.interface.initials)
     declared = {v.name: v.quantity.unit for v in settable}
     given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in found.items()}
@@ -227,7 +227,7 @@ def _with_values(
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
     values, problems = values_of(part.name, settable, {}, given, settings)
     assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
-    source = with_parameters(part.source, values)
+    source = part.source.with_parameters(values)
     if part.structural and opened(source, part.component, assembly.findings) is None:
         source = part.source
     return source, sources_of(part.name, settable, values, given, settings)
@@ -250,7 +250,7 @@ def _steps(notes: Notes | None, parts: Mapping[tuple[str, ...], Part], experimen
     return {n: ratio for n, ratio in found.items() if ratio != 1}
 
 
-def _noted_inputs(notes: Notes, units: Mapping[str, Source]) -> dict[str, Any]:
+def _noted_inputs(notes: Notes, units: Mapping[str, UnitSource]) -> dict[str, Any]:
     """Held inputs of our annotation, bytes being hexadecimal digits there."""
     kinds = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
     return {path: _bytes(value) if kinds.get(path) is Type.BINARY else value for path, value in notes.held.items()}
@@ -260,7 +260,7 @@ def _bytes(value: Any) -> Any:
     return bytes.fromhex(value) if isinstance(value, str) else [_bytes(item) for item in value]
 
 
-def _sockets(notes: Notes | None, units: Mapping[str, Source]) -> dict[str, Socket]:
+def _sockets(notes: Notes | None, units: Mapping[str, UnitSource]) -> dict[str, Socket]:
     """The sockets that units fill: as our annotation says, or where a unit fits one that no other has taken."""
     if notes is not None:
         return {name: SOCKETS[socket] for name, socket in notes.sockets.items()}

@@ -17,8 +17,8 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
-from fmus.reading.archive import Archive
-from orchestrator.mapping.mapped import Mapped, mapped
+from fmus.unit_interface import Interface
+from orchestrator.mapping.mapped import mapped
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.catalogue import block_named
 from orchestrator.ssp.archive import Findings
@@ -26,7 +26,7 @@ from orchestrator.ssp.connections import Connector, Index
 from orchestrator.ssp.structure import Component, Group
 from orchestrator.ssp.types import Declared, items_of
 from orchestrator.ssp.writer import BLOCK_SOURCE, element_names
-from orchestrator.system.source import Fmu, InProcess, Source
+from orchestrator.system.source import Fmu, InProcess, UnitSource
 
 _KINDS: Final = {
     "inputs": ("input",),
@@ -60,7 +60,7 @@ class Part:
 
     name: str
     component: Component
-    source: Source
+    source: UnitSource
     places: Mapping[str, Place]
     initials: Mapping[str, Place]
     """Outputs and local variables whose start value may be set"""
@@ -76,7 +76,7 @@ class Part:
 
     def opened_with(self, values: Mapping[str, Any], findings: Findings) -> Part:
         """The same with parameter values that decide lengths of arrays; as it was where they cannot be."""
-        source = with_parameters(self.source, values)
+        source = self.source.with_parameters(values)
         if opened(source, self.component, findings) is None:
             return self
         return replace(self, source=source, places=dict(_places(source)), initials=dict(_initials(source)))
@@ -89,24 +89,13 @@ class Part:
     @property
     def structural(self) -> tuple[str, ...]:
         """Parameters that lengths of arrays depend on."""
-        return self.source.archive.structural if isinstance(self.source, Fmu) else ()
+        return self.source.structural
 
     def has(self, name: str) -> bool:
         """Whether there is a variable of a name, also one of a kind that no master exchanges."""
         if name in self.places:
             return True
-        return isinstance(self.source, Fmu) and any(
-            v.name == name for v in self.source.archive.description.modelVariables
-        )
-
-
-def with_parameters(source: Source, values: Mapping[str, Any]) -> Source:
-    """A unit's source with parameter values."""
-    if isinstance(source, InProcess):
-        return InProcess(source.block, values)
-    if isinstance(source, Mapped):
-        return replace(source, fmu=source.fmu.changed(parameters=values))
-    return source.changed(parameters=values) if isinstance(source, Fmu) else source
+        return self.source.declares(name)
 
 
 def open_parts(root: Group, findings: Findings, *, ours: bool) -> dict[tuple[str, ...], Part]:
@@ -141,7 +130,7 @@ def _free(name: str, taken: set[str]) -> str:
     return made
 
 
-def _source(component: Component, findings: Findings, *, lenient: bool) -> Source | None:
+def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitSource | None:
     if component.block:
         return findings.attempt(
             lambda: InProcess(block_named(component.block.removeprefix(BLOCK_SOURCE), component.where), {})
@@ -152,9 +141,9 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
         return findings.attempt(partial(_mapped, component.name, component.file, lenient=lenient))
     file = component.file
     source = Fmu(file, {}, lenient)
-    archive = opened(source, component, findings)
-    if archive is None:
+    if opened(source, component, findings) is None:
         return None
+    archive = source.archive
     told = [f"{file.name}: {remark}" for remark in archive.remarks]
     findings.remarks += [remark for remark in told if remark not in findings.remarks]
     wanted = component.implementation
@@ -171,20 +160,18 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> Sourc
     return source
 
 
-def opened(source: Source, component: Component, findings: Findings) -> Archive | None:
-    """The FMU of a component; None where it cannot be used: the findings say why, with its place in the SSP."""
-    if not isinstance(source, Fmu):
-        return None
+def opened(source: UnitSource, component: Component, findings: Findings) -> Interface | None:
+    """The interface of a component; None where it cannot be used: the findings say why, with its place in the SSP."""
     try:
-        return source.archive
+        return source.interface
     except RequestError as error:
-        known = f"{component.where}, {source.path.name}"
+        file = component.file or Path()
         for p in error.problems:
-            findings.wrong(p.where.replace(str(source.path), known), p.found, p.valid, p.remedy)
+            findings.wrong(p.where.replace(str(file), f"{component.where}, {file.name}"), p.found, p.valid, p.remedy)
         return None
 
 
-def _mapped(name: str, file: Path, *, lenient: bool) -> Source:
+def _mapped(name: str, file: Path, *, lenient: bool) -> UnitSource:
     """The FMU that a mapping file names, behind the socket that it names."""
     mapping = read_mapping(file)
     if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
@@ -192,7 +179,7 @@ def _mapped(name: str, file: Path, *, lenient: bool) -> Source:
     return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient), mapping)
 
 
-def _places(source: Source) -> Iterator[tuple[str, Place]]:
+def _places(source: UnitSource) -> Iterator[tuple[str, Place]]:
     for role in ("inputs", "outputs", "parameters"):
         yield from _of(source, role)
     names = {name: place for role in ("inputs", "outputs", "parameters") for name, place in _of(source, role)}
@@ -203,11 +190,11 @@ def _places(source: Source) -> Iterator[tuple[str, Place]]:
         yield clock.name, Place("clocks", Variable(clock.name, Quantity("", "a clock", Type.BOOLEAN)))
 
 
-def _initials(source: Source) -> Iterator[tuple[str, Place]]:
+def _initials(source: UnitSource) -> Iterator[tuple[str, Place]]:
     return _of(source, "initials")
 
 
-def _of(source: Source, role: str) -> Iterator[tuple[str, Place]]:
+def _of(source: UnitSource, role: str) -> Iterator[tuple[str, Place]]:
     """The variables of a role, and the elements of arrays as the file spells them."""
     for variable in getattr(source.interface, role):
         yield variable.name, Place(role, variable)

@@ -19,18 +19,14 @@ import numpy as np
 from lxml import etree
 
 from components.interfaces.conversion import IDENTITY, Linear, Transformation
-from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from fmus.reading.ports import whole_name
 from fmus.toolchain.archives import write_archive
 from fmus.toolchain.version import Version
-from orchestrator.mapping.mapped import Mapped, fmu_of
-from orchestrator.mapping.mapping_file import written
 from orchestrator.ssp.rules import BLOCK_TYPE, FMU_TYPE, MAPPING_TYPE, SSC, SSD, SSV, Node
 from orchestrator.ssp.xml import add, add_enumerations, add_units, has_unit, literal, qualified
 from orchestrator.system.experiment import Scenario
-from orchestrator.system.source import Fmu, InProcess, Source
+from orchestrator.system.source import UnitSource
 from orchestrator.system.system import Connection, System
 
 OURS: Final = "urn:macrostep"
@@ -38,12 +34,6 @@ OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 BLOCK_SOURCE: Final = "urn:macrostep:block:"
 _NAMESPACES: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "osp": OSP}
 _OLD_NAMES: Final = {Type.FLOAT64: "Real", Type.INT32: "Integer"}
-_CAUSALITIES: Final = {
-    "inputs": ("input",),
-    "outputs": ("output",),
-    "parameters": ("parameter", "structuralParameter"),
-    "initials": ("output", "local"),
-}
 
 
 def write(scenario: Scenario, path: Path) -> None:
@@ -54,28 +44,21 @@ def write(scenario: Scenario, path: Path) -> None:
     files: dict[str, bytes] = {"SystemStructure.ssd": _text(_description(scenario))}
     for name, source in scenario.system.units.items():
         files[f"resources/{name}.ssv"] = _text(_parameter_set(scenario, name))
-        if (fmu := fmu_of(source)) is not None:
-            files[_resource(scenario.system, name, fmu)] = Path(fmu.path).read_bytes()
-        if isinstance(source, Mapped):
-            file = Path(_resource(scenario.system, name, source.fmu)).name
-            files[f"resources/{name}.toml"] = written(source.fitting.mapping, file).encode()
+        if (file := source.describe().file) is not None:
+            resource = _resource(scenario.system, name, file)
+            files[resource] = file.read_bytes()
+            if (mapping := source.mapping_text(Path(resource).name)) is not None:
+                files[_mapping_resource(name)] = mapping.encode()
     write_archive(path, files)
 
 
-def not_a_file(unit: str, source: Source) -> Problem:
-    """What is wrong with a unit that other tools cannot run."""
-    kind = source.interface.kind
-    if isinstance(source, Mapped):
-        found = f"`{kind}` behind a mapping, which other tools do not read"
-        return Problem(unit, found, "an FMU with the names and units of its socket", "Export it so, or run it here.")
-    found = f"`{kind}`, a block that runs in this process only"
-    return Problem(unit, found, "a block that becomes C, or an FMU", f"Choose another with --{unit}.")
+def _mapping_resource(unit: str) -> str:
+    return f"resources/{unit}.toml"
 
 
-def _resource(system: System, unit: str, fmu: Fmu) -> str:
+def _resource(system: System, unit: str, path: Path) -> str:
     """Where a unit's FMU is in the archive; the unit's name comes first where another file has the same name."""
-    path = Path(fmu.path)
-    files = {Path(other.path) for source in system.units.values() if (other := fmu_of(source)) is not None}
+    files = {file for source in system.units.values() if (file := source.describe().file) is not None}
     shared = any(file.name == path.name for file in files - {path})
     return f"resources/{unit}.{path.name}" if shared else f"resources/{path.name}"
 
@@ -86,7 +69,9 @@ def _text(root: Node) -> bytes:
 
 def is_old(system: System) -> bool:
     """Whether SSP 1.0 can say everything: all units are FMI 2.0 FMUs."""
-    return all(isinstance(s, Fmu) and s.archive.version == Version.FMI2 for s in system.units.values())
+    return all(
+        source.describe().version is Version.FMI2 and source.mapping_text() is None for source in system.units.values()
+    )
 
 
 def _description(scenario: Scenario) -> Node:
@@ -155,7 +140,7 @@ def _transformation(parent: Node, transformation: Transformation, q: Quantity) -
         add(table, SSC, "MapEntry", source=source, target=target)
 
 
-def element_names(source: Source, name: str, role: str, *, old: bool) -> list[str]:
+def element_names(source: UnitSource, name: str, role: str, *, old: bool) -> list[str]:
     """The names of a variable's elements where FMI 2.0 flattens them, as the file spells them; else its own.
 
     `role` is `inputs`, `outputs`, `parameters` or `initials`.
@@ -163,14 +148,7 @@ def element_names(source: Source, name: str, role: str, *, old: bool) -> list[st
     variable = {v.name: v for v in getattr(source.interface, role)}[name]
     if not (old and variable.shape):
         return [name]
-    if not isinstance(source, Fmu):
-        return variable.elements
-    spelled = {
-        v.valueReference: str(v.name)
-        for v in source.archive.description.modelVariables
-        if v.causality in _CAUSALITIES[role] and whole_name(v.name, {name: None}) == name
-    }
-    return [spelled[reference] for reference in source.archive.references[name]]
+    return [*source.element_names(variable, role)]
 
 
 def _experiment(root: Node, scenario: Scenario) -> None:
@@ -199,7 +177,7 @@ def _connectors(system: System, name: str, *, old: bool) -> dict[str, list[Varia
 
 def _extras(scenario: Scenario) -> dict[str, Any]:
     held = {path: np.asarray(value, dtype=object).tolist() for path, value in scenario.system.held.items()}
-    fmus = {name: fmu_of(source) for name, source in scenario.system.units.items()}
+    patience = {name: source.describe().isolated for name, source in scenario.system.units.items()}
     return {
         "step": scenario.h,
         "scene": asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
@@ -209,7 +187,7 @@ def _extras(scenario: Scenario) -> dict[str, Any]:
         "solve_loops": scenario.solve_loops,
         "record": dict(scenario.record),
         "steps": {name: str(ratio) for name, ratio in scenario.system.steps.items()},
-        "isolated": {name: fmu.isolated for name, fmu in fmus.items() if fmu is not None and fmu.isolated is not None},
+        "isolated": {name: seconds for name, seconds in patience.items() if seconds is not None},
         "sources": {path: s for path, s in scenario.sources.items() if path.startswith(("scene.", "experiment."))},
     }
 
@@ -222,14 +200,13 @@ def _plain(value: Any) -> Any:
 def _component(parent: Node, scenario: Scenario, name: str, *, old: bool) -> list[Quantity]:
     system = scenario.system
     source = system.units[name]
-    if isinstance(source, Fmu):
-        kind, where = FMU_TYPE, _resource(system, name, source)
-    elif isinstance(source, Mapped):
-        kind, where = MAPPING_TYPE, f"resources/{name}.toml"
-    elif isinstance(source, InProcess):
-        kind, where = BLOCK_TYPE, BLOCK_SOURCE + source.block.name
+    described = source.describe()
+    if described.file is None:
+        kind, where = BLOCK_TYPE, BLOCK_SOURCE + described.kind
+    elif source.mapping_text() is not None:
+        kind, where = MAPPING_TYPE, _mapping_resource(name)
     else:
-        raise RequestError([not_a_file(name, source)])
+        kind, where = FMU_TYPE, _resource(system, name, described.file)
     component = add(parent, SSD, "Component", name=name, type=kind, source=where)
     connectors = add(component, SSD, "Connectors")
     shown = _connectors(system, name, old=old)

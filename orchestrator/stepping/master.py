@@ -99,7 +99,7 @@ class Simulation:
     def _start(self) -> None:
         try:
             for name, source in self.system.units.items():
-                self._units[name] = source.make(name)
+                self._units[name] = source.open(name)
                 if name in self.schedule.events:
                     self._units[name].use_events(self.h * float(self.system.steps.get(name, 1)))
             self._lower()

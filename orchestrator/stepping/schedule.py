@@ -26,12 +26,13 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, TypeAlias
 
 import numpy as np
+from typing_extensions import override
 
 from components.interfaces.problem import Problem, RequestError, refuse
 from fmus.unit_interface import Interface
 from fmus.units.unit import Unit
 from orchestrator.system.experiment import Algorithm
-from orchestrator.system.source import Source
+from orchestrator.system.source import SourceDescription, UnitSource
 from orchestrator.system.system import Connection, System
 
 
@@ -131,12 +132,12 @@ def _ticks(system: System, name: str) -> bool:
 
 def open_dependencies_close_a_loop(system: System) -> bool:
     """Whether there is an algebraic loop only because some units leave open what their outputs depend on."""
-    told = {name: _Told(source) for name, source in system.units.items()}
+    declared = {name: _AsDeclared(source) for name, source in system.units.items()}
     try:
         schedule(system)
     except RequestError:
         try:
-            schedule(dataclasses.replace(system, units=told))
+            schedule(dataclasses.replace(system, units=declared))
         except RequestError:
             return False
         return True
@@ -144,24 +145,38 @@ def open_dependencies_close_a_loop(system: System) -> bool:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """A unit with the dependencies that it declares, and no others."""
+class _AsDeclared(UnitSource):
+    """A unit with the dependencies that its file declares, and no others; it is only looked at."""
 
-    source: Source
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.source.parameters
+    source: UnitSource
 
     @property
+    @override
     def interface(self) -> Interface:
         found = self.source.interface
         through = found.feedthrough.copy()
         through[[i for i, v in enumerate(found.outputs) if v.name in found.undeclared]] = False
         return dataclasses.replace(found, feedthrough=through)
 
-    def make(self, name: str) -> Unit:
-        return self.source.make(name)
+    @property
+    def parameters(self) -> Mapping[str, Any]:  # type: ignore[override] - those of the unit
+        return self.source.parameters
+
+    @override
+    def with_parameters(self, parameters: Mapping[str, Any]) -> UnitSource:
+        return _AsDeclared(self.source.with_parameters(parameters))
+
+    @override
+    def describe(self) -> SourceDescription:
+        return self.source.describe()
+
+    @override
+    def foreign_problem(self, unit: str) -> Problem | None:
+        return self.source.foreign_problem(unit)
+
+    @override
+    def open(self, name: str) -> Unit:
+        return self.source.open(name)
 
 
 def _shows_again(system: System, name: str) -> bool:

@@ -1,95 +1,251 @@
-"""Sources: what the units of a system are made from, with the parameter values that are given."""
+"""Unit sources: what the units of a system are made from, with the parameter values that are given."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Final, Self, final
+
+from typing_extensions import override
 
 from components.interfaces.block import Block
+from components.interfaces.problem import Problem
+from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
 from fmus.reading.opening import open_fmu
+from fmus.reading.ports import whole_name
+from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 from fmus.units.block_unit import BlockUnit, interface_of
 from fmus.units.make import fmu_unit
 from fmus.units.unit import Unit
 
-
-class Source(Protocol):
-    """What a unit of a system is made from, with the parameter values that are given."""
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Values by name; where the interface has start values, only those that differ."""
-        ...
-
-    @property
-    def interface(self) -> Interface:
-        """What the unit looks like from outside. Raises `RequestError`."""
-        ...
-
-    def make(self, name: str) -> Unit:
-        """The running unit."""
-        ...
+_CAUSALITIES: Final = {
+    "inputs": ("input",),
+    "outputs": ("output",),
+    "parameters": ("parameter", "structuralParameter"),
+    "initials": ("output", "local"),
+}
+"""FMI's causalities of the variables in each role"""
 
 
 @dataclass(frozen=True)
-class InProcess:
+class SourceDescription:
+    """What fills a place in a system, and how it runs: facts for summaries, files and checks."""
+
+    kind: str
+    """Name of the block, or of the FMU's model"""
+    file: Path | None = None
+    """The FMU; `None` for what runs without a file"""
+    version: Version | None = None
+    """The FMU's version of FMI"""
+    isolated: float | None = None
+    """[s] that a call may take in a process of its own; `None` for a unit in this process"""
+
+    @property
+    def runs_as(self) -> str:
+        """How it runs, in words."""
+        return "block in this process" if self.version is None else f"FMI {self.version}.0"
+
+
+class UnitSource(ABC):
+    """What a unit of a system is made from, with the parameter values that are given.
+
+    Sources are frozen: what changes one gives another. The final ones are `InProcess` (a block), `Fmu`, and
+    `orchestrator.mapping.mapped.Mapped` (an FMU behind the interface of a socket).
+    """
+
+    parameters: Mapping[str, Any]
+    """Values by name; where the interface has start values, only those that differ"""
+
+    @property
+    @abstractmethod
+    def interface(self) -> Interface:
+        """What the unit looks like from outside. Raises `RequestError`."""
+
+    @abstractmethod
+    def with_parameters(self, parameters: Mapping[str, Any]) -> UnitSource:
+        """The same source with other parameter values."""
+
+    @abstractmethod
+    def describe(self) -> SourceDescription:
+        """What it is and how it runs. Raises `RequestError`."""
+
+    @abstractmethod
+    def open(self, name: str) -> Unit:
+        """The running unit, which is called `name` in messages. Raises `RequestError` and `UnitError`."""
+
+    @abstractmethod
+    def foreign_problem(self, unit: str) -> Problem | None:
+        """What keeps other tools from running the unit; `None` where nothing does."""
+
+    def kept(self) -> UnitSource:
+        """The same source, whose units may wait for their next run instead of being opened anew."""
+        return self
+
+    def for_other_tools(self) -> UnitSource:
+        """What other tools are given: this source, unless a plainer one says the same."""
+        return self
+
+    def in_own_process(self, patience: float) -> UnitSource | None:  # noqa: ARG002 - a file can, others cannot
+        """The same source in a process of its own, whose calls may take `patience` seconds; `None` where it cannot."""
+        return None
+
+    def mapping_text(self, file: str | None = None) -> str | None:  # noqa: ARG002 - a mapped FMU has one
+        """The mapping to a socket as TOML, for an FMU called `file`; `None` where there is none."""
+        return None
+
+    def single_instance(self) -> Path | None:
+        """The file of which this process can hold this unit only; `None` where it can hold several."""
+        return None
+
+    def element_names(self, variable: Variable, role: str) -> Sequence[str]:
+        """The names of the elements of an array as its file spells them; `role` is a list of the interface."""
+        del role
+        return variable.elements
+
+    def declares(self, name: str) -> bool:  # noqa: ARG002 - a file may, others do not
+        """Whether a file declares a variable of a name, also one that no master exchanges."""
+        return False
+
+    @property
+    def structural(self) -> tuple[str, ...]:
+        """The parameters that lengths of arrays depend on."""
+        return ()
+
+    @property
+    def references(self) -> Mapping[str, Sequence[int]]:
+        """Value references of each variable, for a file of FMI."""
+        return {}
+
+
+@final
+@dataclass(frozen=True)
+class InProcess(UnitSource):
     """A block that runs in this process, with its parameter values."""
 
     block: type[Block[Any, Any, Any]]
     parameters: Mapping[str, Any]
 
     @property
+    @override
     def interface(self) -> Interface:
-        """What the unit looks like from outside."""
         return interface_of(self.block)
 
-    def make(self, name: str) -> Unit:
-        """The running unit."""
+    @override
+    def with_parameters(self, parameters: Mapping[str, Any]) -> InProcess:
+        return replace(self, parameters=parameters)
+
+    @override
+    def describe(self) -> SourceDescription:
+        return SourceDescription(self.interface.kind)
+
+    @override
+    def open(self, name: str) -> Unit:
         return BlockUnit(name, self.block)
 
+    @override
+    def foreign_problem(self, unit: str) -> Problem:
+        found = f"`{self.interface.kind}`, a block that runs in this process only"
+        return Problem(unit, found, "a block that becomes C, or an FMU", f"Choose another with --{unit}.")
 
+
+@final
 @dataclass(frozen=True)
-class Fmu:
+class Fmu(UnitSource):
     """An FMU file, with the parameter values that differ from its own start values.
 
-    `lenient` runs a file though it breaks rules of FMI; `archive.remarks` says which. `isolated` runs it in a process
-    of its own, and gives the time [s] that one of its calls may take.
+    Args:
+        path: The file.
+        parameters: Values by name.
+        lenient: Whether the file is run though it breaks rules of FMI; `archive.remarks` says which.
+        isolated: The time [s] that one call may take in a process of its own; without it, the FMU runs in this process.
+        reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
+        known: The file as it has been read already, where that is still right.
     """
 
     path: Path
     parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
     lenient: bool = False
     isolated: float | None = None
+    reuse: bool = False
+    known: Archive | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def archive(self) -> Archive:
         """The file, opened and understood. Raises `RequestError`."""
-        return open_fmu(Path(self.path), self.parameters, lenient=self.lenient)
+        return self.known or open_fmu(Path(self.path), self.parameters, lenient=self.lenient)
 
     @property
+    @override
     def interface(self) -> Interface:
-        """What the unit looks like from outside."""
         return self.archive.interface
 
-    def changed(self, **changes: Any) -> Fmu:
-        """The same file with other `parameters`, or `isolated`; it is read again only where its arrays may change."""
-        made = dataclasses.replace(self, **changes)
-        if "parameters" not in changes or not self.archive.structural:
-            vars(made)["archive"] = self.archive
-        return made
+    @override
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Self:
+        # the lengths of arrays follow structural parameters: the file is then read again
+        return replace(self, parameters=parameters, known=None if self.structural else self.archive)
 
-    def make(self, name: str) -> Unit:
-        """The running unit."""
+    @override
+    def in_own_process(self, patience: float) -> Self:
+        return replace(self, isolated=patience, known=self.archive)
+
+    @override
+    def kept(self) -> Self:
+        return replace(self, reuse=True, known=self.archive)
+
+    @override
+    def describe(self) -> SourceDescription:
+        version = Version(self.archive.version)
+        return SourceDescription(self.interface.kind, Path(self.path), version, isolated=self.isolated)
+
+    @override
+    def open(self, name: str) -> Unit:
+        if self.isolated is None and self.reuse and self.archive.is_plain_fmi3:
+            from fmus.units.reused_unit import reused_unit  # noqa: PLC0415 - only sweeps need it
+
+            return reused_unit(name, self.archive)
         if self.isolated is None:
             return fmu_unit(name, self.archive)
         from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only who asks for it needs it
 
         return IsolatedUnit(name, self.archive, self.parameters, lenient=self.lenient, patience=self.isolated)
+
+    @override
+    def foreign_problem(self, unit: str) -> None:
+        return None
+
+    @override
+    def single_instance(self) -> Path | None:
+        return self.archive.path if self.isolated is None and self.archive.only_once else None
+
+    @override
+    def element_names(self, variable: Variable, role: str) -> Sequence[str]:
+        name = variable.name
+        spelled = {
+            v.valueReference: str(v.name)
+            for v in self.archive.description.modelVariables
+            if v.causality in _CAUSALITIES[role] and whole_name(v.name, {name: None}) == name
+        }
+        return [spelled[reference] for reference in self.archive.references[name]]
+
+    @override
+    def declares(self, name: str) -> bool:
+        return any(v.name == name for v in self.archive.description.modelVariables)
+
+    @property
+    @override
+    def structural(self) -> tuple[str, ...]:
+        return self.archive.structural
+
+    @property
+    @override
+    def references(self) -> Mapping[str, Sequence[int]]:
+        return self.archive.references
 
 
 def block_source(value: Block[Any, Any, Any]) -> InProcess:

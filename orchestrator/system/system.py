@@ -18,7 +18,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from orchestrator.system.connection import Connection, is_part, signal
-from orchestrator.system.source import Fmu, Source
+from orchestrator.system.source import UnitSource
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class System:
     All problems are gathered and raised at once, as a `RequestError`.
     """
 
-    units: Mapping[str, Source]
+    units: Mapping[str, UnitSource]
     wiring: Mapping[str, str]
     held: Mapping[str, Any] = field(default_factory=dict[str, Any])
     sockets: Mapping[str, Socket] = field(default_factory=dict[str, Socket])
@@ -104,11 +104,10 @@ def _instance_problems(system: System) -> Iterator[Problem]:
     """Units of one FMU that a process can hold only once."""
     once: dict[Path, str] = {}
     for name, source in system.units.items():
-        fmu = getattr(source, "fmu", source)  # that behind a mapping
-        if isinstance(fmu, Fmu) and fmu.isolated is None and fmu.archive.only_once:
-            other = once.setdefault(fmu.archive.path.resolve(), name)
+        if (file := source.single_instance()) is not None:
+            other = once.setdefault(file.resolve(), name)
             if other != name:
-                found = f"{fmu.path}, which `{other}` runs too"
+                found = f"{file}, which `{other}` runs too"
                 valid = "an FMU that can be instantiated more than once per process"
                 yield Problem(f"unit `{name}`", found, valid, "Run one of them in a process of its own.")
 
@@ -140,7 +139,7 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
                 yield Problem(path, told, "a connection or a held value", "Connect it, or give it a value.")
 
 
-def _parameter_problems(name: str, source: Source) -> Iterator[Problem]:
+def _parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
     declared = {v.name: v for v in source.interface.parameters}
     initials = {v.name: v for v in source.interface.initials}
     for parameter, value in source.parameters.items():

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final, cast
+from typing import Final
 
 import pandas as pd
 
@@ -20,7 +20,6 @@ from components.interfaces.sockets import SOCKETS
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result, more_metrics
 from orchestrator.reproduction.varied import variations
-from orchestrator.reproduction.varied.reused_fmus import keep
 from orchestrator.reproduction.varied.variations import Case, Driver, Request, Variations
 from orchestrator.results import metrics
 from orchestrator.scenario.options import Options
@@ -29,7 +28,7 @@ from orchestrator.scenario.prepare import parse_settings, prepare, read
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.scene import Scene
-from orchestrator.system.source import Fmu, Source
+from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
 _ROLES: Final = {name: name for name in SOCKETS}
@@ -120,12 +119,12 @@ def with_settings(made: Scenario, texts: list[str]) -> tuple[System, Scene]:
     if made.scene is None:
         raise refuse(made.name, "no scene", "a scenario with a scene")
     settings = parse_settings(texts)
-    units: dict[str, Source] = {}
+    units: dict[str, UnitSource] = {}
     for name, source in made.system.units.items():
         declared = source.interface.parameters
         values, problems = values_of(name, declared, _given(made, name), {}, settings[name])
         raise_if_any(problems)
-        units[name] = _changed(source, values)
+        units[name] = source.with_parameters(values).kept()
     scene = {s.name: s.value for s in settings["scene"]}
     return dataclasses.replace(made.system, units=units), dataclasses.replace(made.scene, **scene)
 
@@ -133,9 +132,3 @@ def with_settings(made: Scenario, texts: list[str]) -> tuple[System, Scene]:
 def _given(made: Scenario, unit: str) -> dict[str, Given]:
     prefix = f"{unit}."
     return {n.removeprefix(prefix): Given(**told) for n, told in made.sources.items() if n.startswith(prefix)}
-
-
-def _changed(source: Source, values: Mapping[str, Any]) -> Source:
-    """The same unit with other values; an FMU is neither read nor opened again."""
-    changed: Source = dataclasses.replace(cast(Any, source), parameters=values)
-    return keep(changed, source) if isinstance(changed, Fmu) and isinstance(source, Fmu) else changed

@@ -1,0 +1,56 @@
+"""FMUs that are started again instead of opened again: for many short runs of the same few FMUs in one process.
+
+Unpacking and loading an FMU takes longer than most of these runs. FMI's reset brings it back to where it was when it
+was new; a unit whose reset fails is released.
+"""
+# pyright: basic
+# FMPy carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import atexit
+from pathlib import Path
+
+from typing_extensions import override
+
+from fmus.reading.archive import Archive
+from fmus.units.fmu_unit import Fmu3Unit
+from fmus.units.unit import UnitError
+
+_idle: dict[tuple[Path, str], list[ReusedUnit]] = {}
+
+
+class ReusedUnit(Fmu3Unit):
+    """An FMU of FMI 3.0 Co-Simulation that waits for its next run once it is closed."""
+
+    def __init__(self, name: str, archive: Archive) -> None:
+        super().__init__(name, archive)
+        self._key = (archive.path, name)
+
+    @override
+    def close(self) -> None:
+        self.messages.clear()
+        try:
+            self._check("the reset failed", self._fmu.reset)
+        except UnitError:
+            self.release()
+        else:
+            _idle.setdefault(self._key, []).append(self)
+
+    def release(self) -> None:
+        """Release the FMU for good."""
+        super().close()
+
+
+def reused_unit(name: str, archive: Archive) -> ReusedUnit:
+    """A unit of the FMU in `archive` that waits for its next run, or a new one."""
+    waiting = _idle.get((archive.path, name))
+    return waiting.pop() if waiting else ReusedUnit(name, archive)
+
+
+@atexit.register
+def release_all() -> None:
+    """Release all units that wait, and their files."""
+    for units in _idle.values():
+        while units:
+            units.pop().release()
