@@ -28,7 +28,7 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
         return prepare(request, options, progress)
     if options.replacements or options.mode != Options().mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
-    settings = parse_settings(options.settings, None)
+    settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
         return with_options(single_fmu(path, settings, options), options)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it

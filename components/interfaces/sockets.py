@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
@@ -112,3 +113,18 @@ def add_socket(socket: Socket) -> None:
     """
     if SOCKETS.setdefault(socket.name, socket) is not socket:
         raise refuse(f"socket `{socket.name}`", "a socket of this name", "a name that no other socket has")
+
+
+def standard_wiring(names: Iterable[str] | None = None) -> dict[str, str]:
+    """How units that fill sockets are connected when each has the name of its socket.
+
+    Args:
+        names: The sockets that are filled; all that are known if not given.
+
+    Returns:
+        For each input bus the output bus that drives it, as `System.wiring` has them; buses whose driver is not among
+        the `names` are left out.
+    """
+    filled = [*(SOCKETS if names is None else names)]
+    wires = {bus: source for name in filled for bus, source in SOCKETS[name].wiring.items()}
+    return {bus: source for bus, source in wires.items() if source.partition(".")[0] in filled}

@@ -259,11 +259,11 @@ def check(
 def list_() -> None:
     """Show all scenarios and blocks."""
     from components import BLOCKS  # noqa: PLC0415
-    from orchestrator.scenario import prepare as scenarios  # noqa: PLC0415
+    from orchestrator.scenario import scenario_file  # noqa: PLC0415
 
     table = Table("scenario", "", box=None, title="Scenarios", title_justify="left")
-    for name in scenarios.names():
-        table.add_row(name, scenarios.read(name)[1].title)
+    for name in scenario_file.names():
+        table.add_row(name, scenario_file.read(name)[1].title)
     out.print(table)
     table = Table("block", "socket", "", box=None, title="Blocks", title_justify="left")
     for block in BLOCKS.values():

@@ -17,7 +17,7 @@ from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.results.summary import SUMMARY
-from orchestrator.scenario import catalogue, prepare
+from orchestrator.scenario import catalogue, prepare, scenario_file
 from orchestrator.scenario.options import Options
 
 MODE: Final = Version.FMI3
@@ -64,8 +64,8 @@ def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
     names = {name for run in experiments.runs for name in (run.plant, run.controller)}
     names |= {name for sweep in experiments.sweeps for name in (sweep.plant, sweep.controller)}
     for run in experiments.all_runs():
-        content = prepare.read(run.scenario)[1]
-        names |= {content.traffic.block} if content.traffic.block else set()
+        content = scenario_file.read(run.scenario)[1]
+        names |= {block} if (block := content.units["traffic"].block) else set()
     if experiments.timing is not None:
         names |= set(experiments.timing.controllers)
     build_blocks(names, progress)

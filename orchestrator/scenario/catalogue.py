@@ -13,10 +13,8 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
-from orchestrator.scenario.parameters import (
-    parameter_set,
-    values_of,
-)
+from orchestrator.scenario.parameters import parameter_set
+from orchestrator.scenario.resolution import resolve
 
 
 def built_folder() -> Path:
@@ -44,9 +42,9 @@ def block_named(name: str, where: str, socket: str | None = None) -> type[Block[
 
 def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
     """The numbers of a block's own parameter set: the start values of its FMU."""
-    values, problems = values_of(block.name, block.parameters(), parameter_set(block.name), {})
-    raise_if_any(problems)
-    return values
+    found = resolve(block.name, block.parameters(), parameter_set(block.name))
+    raise_if_any(found.problems)
+    return found.values
 
 
 def ensure_built(

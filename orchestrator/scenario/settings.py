@@ -9,14 +9,26 @@ from typing import Any
 
 from components.interfaces.problem import Problem, choices, raise_if_any
 from components.interfaces.sockets import SOCKETS
-from orchestrator.scenario.parameters import Setting
+from orchestrator.scenario.resolution import Setting
 
 _SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
 
 
-def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS, "scene")) -> dict[str, list[Setting]]:
-    """`controller.b_3=1e-2` and the like, by unit: one of `units`, or any if these are None. Raises `RequestError`."""
-    found: dict[str, list[Setting]] = {unit: [] for unit in units or ()}
+def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str, list[Setting]]:
+    """Read `controller.b_3=1e-2` and the like.
+
+    Args:
+        texts: What was given as `--set`.
+        any_unit: Whether a unit may have any name; otherwise it is a socket's, or `scene`.
+
+    Returns:
+        The settings by unit.
+
+    Raises:
+        RequestError: With everything that has another form.
+    """
+    known = () if any_unit else (*SOCKETS, "scene")
+    found: dict[str, list[Setting]] = {unit: [] for unit in known}
     problems: list[Problem] = []
     for text in texts:
         match = _SETTING.fullmatch(text)
@@ -24,7 +36,7 @@ def parse_settings(texts: Sequence[str], units: Sequence[str] | None = (*SOCKETS
             problems.append(
                 Problem(f"--set {text}", "text of another form", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
             )
-        elif units is not None and match["unit"] not in found:
+        elif not any_unit and match["unit"] not in found:
             problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
         else:
             index = None if match["index"] is None else int(match["index"])

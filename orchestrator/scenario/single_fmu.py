@@ -11,11 +11,11 @@ from typing import Any
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
-from orchestrator.scenario.fillings import sources_of
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Given, Setting, values_of
+from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.system.experiment import STEP, Scenario, macro_step
+from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 
@@ -29,29 +29,29 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
     mine = settings.get(unit, ())
     inputs = {v.name for v in interface.inputs}
-    values, problems = values_of(unit, interface.parameters, {}, {}, [s for s in mine if s.name not in inputs])
+    found = resolve(unit, interface.parameters, settings=[s for s in mine if s.name not in inputs])
     started = {
         v.name: Given(value=_start(v, interface.starts), unit=v.quantity.unit, source="its start value")
         for v in interface.inputs
     }
-    held, found = values_of(unit, interface.inputs, {}, started, [s for s in mine if s.name in inputs])
-    raise_if_any([*problems, *found])
+    held = resolve(unit, interface.inputs, given=started, settings=[s for s in mine if s.name in inputs])
+    raise_if_any([*found.problems, *held.problems])
     h, until, remarks = _experiment(archive.description.defaultExperiment, options)
-    if held:
-        told = ", ".join(f"{unit}.{name} = {value}" for name, value in held.items())
+    if held.values:
+        told = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
         remarks.append(f"nothing drives the inputs {told}")
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=str(archive.description.description or archive.description.modelName),
         system=System(
-            isolated({unit: fmu.with_parameters(values)}, options.isolate),
+            isolated({unit: fmu.with_parameters(found.values)}, options.isolate),
             {},
-            {f"{unit}.{n}": v for n, v in held.items()},
+            {held.path(name): value for name, value in held.values.items()},
         ),
         scene=None,
         h=h,
         until=until,
-        sources=sources_of(unit, interface.parameters, values, {}, mine),
+        sources=found.sources,
         remarks=(*archive.remarks, *remarks),
     )
 

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from components.interfaces.problem import refuse
-from orchestrator.scenario.parameters import checked
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.writer import OURS
 from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm
+from orchestrator.system.files import checked
 
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 

@@ -22,9 +22,8 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
-from orchestrator.scenario.fillings import sources_of
 from orchestrator.scenario.isolation import isolated
-from orchestrator.scenario.parameters import Given, Setting, values_of
+from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.notes import NOTHING, Notes, read_notes
@@ -36,6 +35,7 @@ from orchestrator.ssp.types import number
 from orchestrator.ssp.wiring import Wiring
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
 from orchestrator.system.experiment import STEP, Algorithm, Scenario, algorithm_named, macro_step
+from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
@@ -225,12 +225,12 @@ def _with_values(
         start = part.source.interface.starts.get(setting.name)
         if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
-    values, problems = values_of(part.name, settable, {}, given, settings)
-    assembly.findings.problems += [problem_at(p, assembly.lines) for p in problems]
-    source = part.source.with_parameters(values)
+    resolved = resolve(part.name, settable, given=given, settings=settings)
+    assembly.findings.problems += [problem_at(p, assembly.lines) for p in resolved.problems]
+    source = part.source.with_parameters(resolved.values)
     if part.structural and opened(source, part.component, assembly.findings) is None:
         source = part.source
-    return source, sources_of(part.name, settable, values, given, settings)
+    return source, resolved.sources
 
 
 def _refuse_others(part: Part, assembly: Assembly) -> None:
@@ -286,10 +286,12 @@ def _scene(
     declared = variables(Scene)
     units = {v.name: v.quantity.unit for v in declared}
     given = {n: Given(value=value, unit=units.get(n, ""), source="") for n, value in notes.scene.items()}
-    values, problems = values_of("scene", declared, {}, given, settings)
-    problems += [Problem(f"scene.{n}", "no value", "a number") for n in units if n not in values]
+    resolved = resolve("scene", declared, given=given, settings=settings)
+    problems = [*resolved.problems]
+    problems += [Problem(resolved.path(n), "no value", "a number") for n in units if n not in resolved.values]
     if problems:
         findings.problems += problems
         return None, {}
-    set_here = {s.name: values[s.name] for s in settings}  # the notes tell where the others come from
-    return Scene(**values), sources_of("scene", declared, set_here, {}, settings)
+    set_here = {resolved.path(s.name) for s in settings}  # the notes tell where the others come from
+    sources = {path: source for path, source in resolved.sources.items() if path in set_here}
+    return Scene(**resolved.values), sources

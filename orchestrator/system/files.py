@@ -3,17 +3,92 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_args
 
-from components.interfaces.problem import refuse
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+class Given(BaseModel):
+    """A value with its unit of measurement and where it comes from."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    value: Any
+    unit: str = "1"
+    source: str
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file. Raises `RequestError` with the line when it cannot be read."""
+    """Read a TOML file.
+
+    Raises:
+        RequestError: When it cannot be read, with the line where it is no TOML.
+    """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise refuse(str(path), f"a file that cannot be read ({error})", "a TOML file") from error
     except tomllib.TOMLDecodeError as error:
         raise refuse(str(path), f"text that is no TOML ({error})", "a TOML file") from error
+
+
+def checked(model: type[_Model], content: Mapping[str, Any], where: str) -> _Model:
+    """Check the content of a file.
+
+    Args:
+        model: What the file must look like.
+        content: What was read from it.
+        where: What messages call the file.
+
+    Raises:
+        RequestError: With everything that does not fit.
+    """
+    try:
+        return model.model_validate(dict(content))
+    except ValidationError as error:
+        raise RequestError([_problem(model, where, dict(item)) for item in error.errors()]) from error
+
+
+def _problem(model: type[BaseModel], where: str, item: Mapping[str, Any]) -> Problem:
+    location: Sequence[str | int] = item["loc"]
+    place = f"{where}: {'.'.join(str(part) for part in location if part != _WRAPPED)}"
+    if item["type"] == "missing":
+        return Problem(place, "nothing", "an entry of this name", _hint(location))
+    if item["type"] == "extra_forbidden":
+        known = sorted(_model_at(model, location[:-1]).model_fields)
+        known = ["value", "unit", "source"] if known == sorted(Given.model_fields) else known
+        return Problem(place, "an unknown entry", choices(known), did_you_mean(str(location[-1]), known))
+    return Problem(place, f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(location))
+
+
+def _hint(location: Sequence[str | int]) -> str:
+    if location[-1] in Given.model_fields or "parameters" in location:
+        return 'Write NAME = { value = ..., unit = "...", source = "..." }.'
+    return ""
+
+
+def _model_at(model: type[BaseModel], location: Sequence[str | int]) -> type[BaseModel]:
+    """The model of the table at a place in the file."""
+    for part in location:
+        field = model.model_fields.get(str(part))  # another part is the key of a dictionary of models
+        if field is not None:
+            model = next((kind for kind in _kinds(field.annotation) if issubclass(kind, BaseModel)), model)
+    return model
+
+
+def _kinds(annotation: Any) -> list[type]:
+    return (
+        [annotation]
+        if isinstance(annotation, type) and not get_args(annotation)
+        else [kind for argument in get_args(annotation) for kind in _kinds(argument)]
+    )
+
+
+_WRAPPED = "values"
+"""The name under which a file without fixed entries is checked, which does not stand in the file"""

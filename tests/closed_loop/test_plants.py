@@ -124,7 +124,7 @@ def test_a_modelica_file_that_is_not_there_is_refused(tmp_path):
 
 def test_a_block_whose_extra_is_missing_says_what_to_install(monkeypatch):
     kept = {name: block for name, block in BLOCKS.items() if not name.startswith("commonroad")}
-    monkeypatch.setattr("orchestrator.scenario.prepare.BLOCKS", kept)
+    monkeypatch.setattr("orchestrator.scenario.catalogue.BLOCKS", kept)
     with pytest.raises(RequestError) as refused:
         drive("commonroad_st")
     assert str(refused.value) == (

@@ -11,9 +11,8 @@ from pydantic import BaseModel, ConfigDict
 
 from components import BLOCKS
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from orchestrator.scenario import prepare
-from orchestrator.scenario.parameters import checked
-from orchestrator.system.files import read_toml
+from orchestrator.scenario import scenario_file
+from orchestrator.system.files import checked, read_toml
 
 EXPERIMENTS: Final = Path(__file__).parent / "experiments.toml"
 
@@ -127,7 +126,7 @@ def _problems(found: Experiments, where: str) -> Iterator[Problem]:
     for name in sorted({name for name in names if names.count(name) > 1}):
         yield Problem(f"{where}: {name}", "two runs of this name", "one name for each run")
     for run in (*found.runs, *found.sweeps):
-        yield from unknown(f"{where}: {run.name}", "scenario", run.scenario, prepare.names())
+        yield from unknown(f"{where}: {run.name}", "scenario", run.scenario, scenario_file.names())
         yield from unknown(f"{where}: {run.name}", "block", run.plant, BLOCKS)
         yield from unknown(f"{where}: {run.name}", "block", run.controller, BLOCKS)
     for figure in found.figures:

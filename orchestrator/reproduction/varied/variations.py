@@ -13,9 +13,8 @@ from pydantic import BaseModel, ConfigDict
 from components import BLOCKS
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.reproduction.paper.experiments import Role, unknown
-from orchestrator.scenario import prepare
-from orchestrator.scenario.parameters import checked
-from orchestrator.system.files import read_toml
+from orchestrator.scenario import scenario_file
+from orchestrator.system.files import checked, read_toml
 
 VARIATIONS: Final = Path(__file__).parent / "variations.toml"
 TASKS: Final = ("static", "dynamic", "dynamic-slow")
@@ -153,7 +152,7 @@ def _problems(found: Variations, where: str) -> Iterator[Problem]:
             yield from unknown(f"{where}: {driver.name}", "task", task, TASKS)
     for task in TASKS:
         yield from unknown(f"{where}: ranges", "table", task, found.ranges)
-        yield from unknown(where, "scenario", task, prepare.names())
+        yield from unknown(where, "scenario", task, scenario_file.names())
 
 
 def draw(ranges: Mapping[str, Mapping[str, Range]], seed: int, number: int) -> Case:

@@ -23,10 +23,13 @@ from orchestrator.reproduction.varied import variations
 from orchestrator.reproduction.varied.variations import Case, Driver, Request, Variations
 from orchestrator.results import metrics
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Given, values_of
-from orchestrator.scenario.prepare import parse_settings, prepare, read
+from orchestrator.scenario.prepare import prepare
+from orchestrator.scenario.resolution import resolve
+from orchestrator.scenario.scenario_file import read
+from orchestrator.scenario.settings import parse_settings
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
+from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
@@ -55,7 +58,7 @@ class VariedSet:
 
 def build(request: Request, progress: Callable[[str], None]) -> None:
     """Build the FMUs that the cases need."""
-    traffic = {content.traffic.block for task in variations.TASKS if (content := read(task)[1]).traffic.block}
+    traffic = {read(task)[1].units["traffic"].block for task in variations.TASKS}
     blocks = {request.variations.plant, *(driver.controller for driver in request.variations.controllers)}
     runs.build_blocks(blocks | {name for name in traffic if name}, progress)
 
@@ -121,10 +124,9 @@ def with_settings(made: Scenario, texts: list[str]) -> tuple[System, Scene]:
     settings = parse_settings(texts)
     units: dict[str, UnitSource] = {}
     for name, source in made.system.units.items():
-        declared = source.interface.parameters
-        values, problems = values_of(name, declared, _given(made, name), {}, settings[name])
-        raise_if_any(problems)
-        units[name] = source.with_parameters(values).kept()
+        found = resolve(name, source.interface.parameters, _given(made, name), settings=settings[name])
+        raise_if_any(found.problems)
+        units[name] = source.with_parameters(found.values).kept()
     scene = {s.name: s.value for s in settings["scene"]}
     return dataclasses.replace(made.system, units=units), dataclasses.replace(made.scene, **scene)
 

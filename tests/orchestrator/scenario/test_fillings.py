@@ -7,11 +7,11 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator.mapping.mapped import Mapped
-from orchestrator.scenario import prepare as scenarios
+from orchestrator.scenario import scenario_file
 from orchestrator.scenario.fillings import in_units_of
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Given
 from orchestrator.scenario.prepare import prepare
+from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu
 from tests.orchestrator import foreign
 
@@ -29,7 +29,7 @@ def wrong(request, **replacements):
 
 
 def scenario_with(folder, plant):
-    text = (scenarios.SCENARIOS / "static.toml").read_text().replace('block = "bicycle"', plant)
+    text = (scenario_file.SCENARIOS / "static.toml").read_text().replace('block = "bicycle"', plant)
     (folder / "mine.toml").write_text(text)
     return str(folder / "mine.toml")
 

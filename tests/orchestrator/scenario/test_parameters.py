@@ -8,8 +8,10 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from components.interfaces.record import variables
 from orchestrator.scenario.catalogue import default_values
-from orchestrator.scenario.parameters import PARAMETERS, Given, ScenarioFile, checked, parameter_set, values_of
-from orchestrator.system.files import read_toml
+from orchestrator.scenario.parameters import PARAMETERS, parameter_set
+from orchestrator.scenario.resolution import resolve
+from orchestrator.scenario.scenario_file import parse_scenario
+from orchestrator.system.files import Given, read_toml
 from orchestrator.system.scene import Scene
 
 
@@ -39,7 +41,7 @@ def test_plant_and_controller_share_the_numbers_of_the_vehicle():
 
 def test_a_unit_that_differs_is_told():
     given = {"ego_length": Given(value=460.0, unit="cm", source="test")}
-    _, problems = values_of("scene", variables(Scene), parameter_set("scene"), given)
+    problems = resolve("scene", variables(Scene), parameter_set("scene"), given).problems
     assert [str(p) for p in problems] == ["scene.ego_length: found unit `cm`; valid: unit `m`"]
 
 
@@ -58,7 +60,7 @@ def scenario(**changed):
 
 def messages(content):
     with pytest.raises(RequestError) as error:
-        checked(ScenarioFile, content, "mine.toml")
+        parse_scenario(content, "mine.toml")
     return str(error.value).splitlines()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.problem import RequestError
-from orchestrator.scenario import prepare as scenarios
+from orchestrator.scenario import scenario_file
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.system.source import Fmu
@@ -22,7 +22,7 @@ def wrong(request_, **options):
     return str(error.value).splitlines()
 
 
-@pytest.mark.parametrize("name", scenarios.names())
+@pytest.mark.parametrize("name", scenario_file.names())
 def test_every_scenario_is_complete(name):
     made = prepare(name, BLOCKS_ONLY)
     assert made.title
@@ -31,7 +31,7 @@ def test_every_scenario_is_complete(name):
 
 
 def test_every_block_is_used_by_a_scenario():
-    used = {s.interface.kind for n in scenarios.names() for s in prepare(n, BLOCKS_ONLY).system.units.values()}
+    used = {s.interface.kind for n in scenario_file.names() for s in prepare(n, BLOCKS_ONLY).system.units.values()}
     assert used == set(BLOCKS)
 
 
@@ -46,7 +46,7 @@ def test_the_literal_scenario_differs_in_the_prediction_step_and_its_weight_only
 def test_an_unknown_scenario_suggests_the_nearest():
     assert wrong("statik") == [
         "scenario `statik`: found no such scenario; valid: "
-        + ", ".join(scenarios.names())
+        + ", ".join(scenario_file.names())
         + ", or a .toml file. Did you mean `static`?"
     ]
 
@@ -107,7 +107,7 @@ def test_all_problems_come_at_once():
 
 
 def test_a_part_may_use_a_parameter_file_and_its_own_values_win(tmp_path):
-    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    text = (scenario_file.SCENARIOS / "static.toml").read_text()
     own = 'y_start = { value = [0.5], unit = "m", source = "mine" }'
     path = tmp_path / "mine.toml"
     path.write_text(text.replace("[controller]", f"[traffic.parameters]\n{own}\n\n[controller]"))
@@ -119,7 +119,7 @@ def test_a_part_may_use_a_parameter_file_and_its_own_values_win(tmp_path):
 
 
 def test_an_unknown_parameter_file_suggests_the_nearest(tmp_path):
-    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    text = (scenario_file.SCENARIOS / "static.toml").read_text()
     path = tmp_path / "mine.toml"
     path.write_text(text.replace("static_obstacles", "static_obstacle"))
     found = wrong(str(path))[0]
@@ -137,7 +137,7 @@ def test_parameters_that_a_replacement_does_not_have_are_left_out_and_told():
 
 def test_a_scenario_can_be_a_file_with_an_fmu_in_it(tmp_path, built_fmus):
     fmu = built_fmus / "fmi2" / "bicycle.fmu"
-    text = (scenarios.SCENARIOS / "static.toml").read_text().replace('block = "bicycle"', f'fmu = "{fmu}"')
+    text = (scenario_file.SCENARIOS / "static.toml").read_text().replace('block = "bicycle"', f'fmu = "{fmu}"')
     path = tmp_path / "mine.toml"
     path.write_text(text)
     made = prepare(str(path), BLOCKS_ONLY)
@@ -152,7 +152,7 @@ def test_step_and_stop_time_can_be_given():
 
 
 def test_what_is_recorded_stands_in_the_scenario_and_options_replace_it(tmp_path):
-    text = (scenarios.SCENARIOS / "static.toml").read_text()
+    text = (scenario_file.SCENARIOS / "static.toml").read_text()
     path = tmp_path / "mine.toml"
     path.write_text(text + '\n[record]\n"*" = 1\n"controller.plan.*" = 10\n')
     assert prepare(str(path), BLOCKS_ONLY).record == {"*": 1, "controller.plan.*": 10}
@@ -170,7 +170,7 @@ def test_a_pattern_without_a_whole_number_of_ticks_is_told(text):
 
 
 def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
-    text = (scenarios.SCENARIOS / "idle.toml").read_text()
+    text = (scenario_file.SCENARIOS / "idle.toml").read_text()
     path = tmp_path / "mine.toml"
     path.write_text(text.replace("[plant]", '[plant]\nstep = { value = 0.01, unit = "s", source = "ours" }'))
     assert prepare(str(path), BLOCKS_ONLY).system.steps["plant"] == Fraction(1, 10)

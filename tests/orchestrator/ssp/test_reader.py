@@ -12,8 +12,8 @@ from fmpy.ssp.ssd import read_ssv
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Setting
 from orchestrator.scenario.prepare import prepare
+from orchestrator.scenario.resolution import Setting
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Setting
 from orchestrator.scenario.prepare import prepare
+from orchestrator.scenario.resolution import Setting
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp_writer
 from tests.orchestrator.ssps import (

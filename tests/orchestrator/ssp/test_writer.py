@@ -10,8 +10,8 @@ from lxml import etree
 
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.parameters import Setting
 from orchestrator.scenario.prepare import prepare
+from orchestrator.scenario.resolution import Setting
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from tests.fmus.foreign import entries

@@ -12,14 +12,15 @@ from components.interfaces.buses import VehicleState
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine
-from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
+from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs, standard_wiring
 from fmus.units.unit import UnitError
-from orchestrator.scenario.fillings import WIRING
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System
+
+WIRING = standard_wiring()
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,13 @@ from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
-from components.interfaces.sockets import PLANT, SOCKETS
-from orchestrator.scenario.fillings import WIRING
+from components.interfaces.sockets import PLANT, SOCKETS, standard_wiring
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.system.source import Fmu, InProcess, block_source
 from orchestrator.system.system import System
+
+WIRING = standard_wiring()
 
 
 @pytest.fixture(scope="module")
