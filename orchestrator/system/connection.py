@@ -10,7 +10,7 @@ from components.interfaces.record import Variable
 
 
 @dataclass(frozen=True)
-class Element:
+class ArrayElement:
     """One element of an array: its name (`x[2]`) and its place among all elements, from 0."""
 
     name: str
@@ -27,8 +27,8 @@ class Connection:
     output: str
     conversion: Transformation = IDENTITY
     """From the output's unit to the input's, and what the system asks for beyond that"""
-    input_element: Element | None = None
-    output_element: Element | None = None
+    input_element: ArrayElement | None = None
+    output_element: ArrayElement | None = None
 
     @property
     def target(self) -> str:
@@ -49,11 +49,11 @@ def is_part(path: str, whole: str) -> bool:
     return path == whole or (path.startswith(f"{whole}[") and path.endswith("]"))
 
 
-def signal(name: str, variables: Sequence[Variable]) -> tuple[Variable, Element | None] | None:
+def signal(name: str, variables: Sequence[Variable]) -> tuple[Variable, ArrayElement | None] | None:
     """The variable of a name, or the one that has an element of this name."""
     for variable in variables:
         if variable.name == name:
             return variable, None
         if variable.shape and is_part(name, variable.name) and name in (elements := variable.elements):
-            return variable, Element(name, elements.index(name))
+            return variable, ArrayElement(name, elements.index(name))
     return None
