@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from components.controller import riccati
+from components.controller.algorithms import riccati
 from components.controller.tracking import Deviation, Tracking
 from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity

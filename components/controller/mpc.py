@@ -7,7 +7,7 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from components.controller import active_set
+from components.controller.algorithms import active_set
 from components.controller.ocp import Horizon, Model, Problem, Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.reference import Guidance, Reference

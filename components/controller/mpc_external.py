@@ -6,8 +6,8 @@ from typing import ClassVar, final
 
 from typing_extensions import override
 
-from components.controller import external_solvers
-from components.controller.active_set import Solution
+from components.controller.algorithms import external_solvers
+from components.controller.algorithms.active_set import Solution
 from components.controller.mpc import IntegratedMpc, bounds
 from components.controller.ocp import Problem
 from components.interfaces.block import block

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from components.controller import dubins, ilqr
+from components.controller import dubins
+from components.controller.algorithms import ilqr
 from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.plus_problem import STAGES, PlusConstants, PlusProblem, PlusState
 from components.controller.reference import Guidance, Reference

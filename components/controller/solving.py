@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from components.controller.active_set import Solution
+from components.controller.algorithms.active_set import Solution
 from components.interfaces.buses import Solver, SolverStatus
 from components.interfaces.maths import Array, absolute, both, clip, joined, vector, where
 from components.interfaces.quantity import quantity

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-from components.controller import active_set
+from components.controller.algorithms import active_set
 from components.controller.lqr_tracking import Gain, LqrTracking
 from components.controller.ocp import Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize
 
-from components.controller import active_set
+from components.controller.algorithms import active_set
 from components.controller.ocp import Horizon, Weights
 from components.controller.point_mass import PlanningProblem, PointMass
 

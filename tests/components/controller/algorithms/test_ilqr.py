@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
 
-from components.controller import ilqr
+from components.controller.algorithms import ilqr
 from components.interfaces.maths import sin
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record

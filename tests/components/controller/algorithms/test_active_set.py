@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize
 
-from components.controller.active_set import Solution, minimise
+from components.controller.algorithms.active_set import Solution, minimise
 from components.controller.mpc import ITERATIONS, N_P, TOLERANCE
 from components.controller.ocp import Horizon, Problem
 from components.interfaces.maths import Array

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 from scipy.signal import cont2discrete
 
-from components.controller import riccati
+from components.controller.algorithms import riccati
 
 
 def known(A, b, q, r, T_s):

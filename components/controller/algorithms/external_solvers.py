@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import casadi as ca
 import numpy as np
 
-from components.controller.active_set import Solution, residual_function
+from components.controller.algorithms.active_set import Solution, residual_function
 from components.interfaces.callback import Callback
 from components.interfaces.maths import Array, is_symbolic
 from components.interfaces.record import pack

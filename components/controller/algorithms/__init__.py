@@ -1,0 +1,1 @@
+"""Algorithms that solve the controllers' problems; what becomes C is written as symbols."""
