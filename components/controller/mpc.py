@@ -8,8 +8,8 @@ from typing import ClassVar, final
 from typing_extensions import override
 
 from components.controller.algorithms import active_set
-from components.controller.ocp import Horizon, Model, Problem, Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre
+from components.controller.problems.ocp import Horizon, Model, Problem, Weights
 from components.controller.reference import Guidance, Reference
 from components.controller.solving import ITERATIONS, N_P, TOLERANCE, Decision, accepted, shifted
 from components.interfaces.block import Sampled, block

@@ -9,7 +9,7 @@ from typing_extensions import override
 from components.controller.algorithms import external_solvers
 from components.controller.algorithms.active_set import Solution
 from components.controller.mpc import IntegratedMpc, bounds
-from components.controller.ocp import Problem
+from components.controller.problems.ocp import Problem
 from components.interfaces.block import block
 from components.interfaces.maths import Array
 from components.interfaces.quantity import quantity

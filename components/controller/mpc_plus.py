@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from components.controller import dubins
 from components.controller.algorithms import ilqr
 from components.controller.planner import Manoeuvre, no_manoeuvre
-from components.controller.plus_problem import STAGES, PlusConstants, PlusProblem, PlusState
+from components.controller.problems.constrained_ocp import STAGES, PlusConstants, PlusProblem, PlusState
 from components.controller.reference import Guidance, Reference
 from components.interfaces.block import Sampled, block
 from components.interfaces.buses import SLOTS, Actuation, ObstacleList, Plan, Solver, SolverStatus, Waypoints

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 from components.controller import dubins
 from components.controller.corridor import Road, corridor
-from components.controller.ocp import Horizon
 from components.controller.planner import Lanes, Manoeuvre, plan
+from components.controller.problems.ocp import Horizon
 from components.interfaces.buses import ObstacleList, VehicleState, Waypoints
 from components.interfaces.maths import fmax, vector, where
 from components.interfaces.quantity import quantity

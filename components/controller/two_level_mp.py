@@ -6,9 +6,9 @@ from typing import ClassVar, final
 
 from components.controller.algorithms import active_set
 from components.controller.lqr_tracking import Gain, LqrTracking
-from components.controller.ocp import Weights
 from components.controller.planner import Manoeuvre, no_manoeuvre
-from components.controller.point_mass import PlanningProblem, PointMass
+from components.controller.problems.ocp import Weights
+from components.controller.problems.point_mass import PlanningProblem, PointMass
 from components.controller.reference import Guidance, Reference
 from components.controller.solving import N_P, TOLERANCE, Decision, accepted, shifted
 from components.controller.tracking import Target, deviation

@@ -12,7 +12,7 @@ from components import BLOCKS
 from components.controller.corridor import Road, corridor
 from components.controller.dubins import LaneChange, double_lane_change
 from components.controller.mpc import Mpc, MpcOutputs
-from components.controller.ocp import Horizon
+from components.controller.problems.ocp import Horizon
 from components.interfaces.buses import SLOTS, Actuation, ObstacleList, VehicleState
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs, PlantInputs

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from components.controller.point_mass import PointMass
+from components.controller.problems.point_mass import PointMass
 from components.controller.tracking import Target, deviation
 from components.controller.two_level_mp import TwoLevelMp, TwoLevelOutputs, TwoLevelState
 from components.interfaces.buses import SolverStatus

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 from components.controller.algorithms.active_set import Solution, minimise
 from components.controller.mpc import ITERATIONS, N_P, TOLERANCE
-from components.controller.ocp import Horizon, Problem
+from components.controller.problems.ocp import Horizon, Problem
 from components.interfaces.maths import Array
 from components.interfaces.quantity import quantity
 from components.interfaces.record import pack, record, size

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from components.controller.ocp import Horizon, Weights, distance_cost
+from components.controller.problems.ocp import Horizon, Weights, distance_cost
 from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record

@@ -10,8 +10,8 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize
 
 from components.controller.algorithms import active_set
-from components.controller.ocp import Horizon, Weights
-from components.controller.point_mass import PlanningProblem, PointMass
+from components.controller.problems.ocp import Horizon, Weights
+from components.controller.problems.point_mass import PlanningProblem, PointMass
 
 DIMS = {"N_p": 3}
 decisions = arrays(float, 6, elements=st.floats(-1, 1))

@@ -8,7 +8,7 @@ the tyres inside their friction limit, with slack.
 from __future__ import annotations
 
 from components.controller.algorithms import ilqr
-from components.controller.ocp import Model
+from components.controller.problems.ocp import Model
 from components.interfaces.frames import to_road
 from components.interfaces.maths import absolute, cos, fmax, sin, sqrt, tanh
 from components.interfaces.quantity import quantity

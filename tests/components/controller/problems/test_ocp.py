@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from components.controller.ocp import CLOSEST, Horizon, Model, Problem, Weights, predict
+from components.controller.problems.ocp import CLOSEST, Horizon, Model, Problem, Weights, predict
 from components.interfaces.buses import VehicleState
 
 TABLE_1 = {"m": 2000.0, "I_z": 1300.0, "l_f": 1.2, "l_r": 1.05, "C_alpha_f": 12000.0, "C_alpha_r": 12000.0, "R_w": 0.3}

@@ -1,0 +1,1 @@
+"""The optimal control problems that the predictive controllers solve, as text."""
