@@ -1,4 +1,7 @@
-"""The paper's controller with the other two algorithms of its comparison; they run in this process, not as FMUs."""
+"""The paper's controller with the other two algorithms of its comparison; they run in this process, not as FMUs.
+
+Shown in tests/closed_loop/test_mpc_external.py.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
@@ -9,7 +10,12 @@ from pydantic import BaseModel, ConfigDict
 
 from orchestrator.system.files import Given, checked, read_toml
 
-PARAMETERS: Final = Path(__file__).parents[1] / "scenarios" / "parameters"
+_FOLDERS: Final = (
+    *Path(str(files("components"))).glob("*/parameters"),
+    Path(__file__).parents[1] / "scenarios" / "parameters",
+)
+PARAMETERS: Final = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.toml")}
+"""Every parameter set by its name; they lie beside the blocks that they belong to."""
 
 
 class _Set(BaseModel):
@@ -20,7 +26,7 @@ class _Set(BaseModel):
 
 def parameter_set(name: str) -> dict[str, Given]:
     """A parameter file and all the files it uses; its own values win."""
-    path = PARAMETERS / f"{name}.toml"
+    path = PARAMETERS[name]
     content = read_toml(path)
     found: dict[str, Given] = {}
     for used in content.pop("use", []):

@@ -48,7 +48,7 @@ class SocketFilling(BaseModel):
         """All values that the scenario gives; its own win. Raises `RequestError` for an unknown parameter file."""
         found: dict[str, Given] = {}
         for name in self.use:
-            known = sorted(path.stem for path in PARAMETERS.glob("*.toml"))
+            known = sorted(PARAMETERS)
             if name not in known:
                 remedy = did_you_mean(name, known)
                 raise refuse(f"{where}.use", f"the unknown parameter file `{name}`", choices(known), remedy)

@@ -11,7 +11,7 @@ import pytest
 from components import BLOCKS
 from components.interfaces.block import Block
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from orchestrator.scenario.catalogue import default_values
+from tests.components.parameter_sets import block_values
 
 
 @pytest.fixture(scope="session")
@@ -19,7 +19,7 @@ def make() -> Callable[..., Any]:
     """A block of the catalogue by name, with its default parameter set and the given changes."""
 
     def made(name: str, **changes: Any) -> Block[Any, Any, Any]:
-        return BLOCKS[name](**{**default_values(BLOCKS[name]), **changes})
+        return BLOCKS[name](**{**block_values(name), **changes})
 
     return made
 

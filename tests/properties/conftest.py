@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from orchestrator.scenario.catalogue import default_values
+from tests.components.parameter_sets import block_values
 
 RANGES = {"v_x": (1.5, 20.0), "psi": (-0.5, 0.5), "y": (-2.0, 5.0), "x": (0.0, 60.0), "T_r": (-160.0, 200.0)}
 
@@ -40,4 +40,4 @@ def columns() -> Callable[..., st.SearchStrategy[Any]]:
 @pytest.fixture(scope="session")
 def instance() -> Callable[[Any], Any]:
     """A block with its default parameter set."""
-    return lambda kind: kind(**default_values(kind))
+    return lambda kind: kind(**block_values(kind.name))

@@ -17,7 +17,7 @@ from components.interfaces.buses import SLOTS, Actuation, ObstacleList, VehicleS
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs, PlantInputs
 from fmus.lowering import lower
-from orchestrator.scenario.catalogue import default_values
+from tests.components.parameter_sets import block_values
 
 SIDEWAYS = {"y", "psi", "v_y", "r"}
 states = st.builds(
@@ -50,7 +50,7 @@ def mirrored(record):
 
 
 def block(name, **changes):
-    return BLOCKS[name](**{**default_values(BLOCKS[name]), **changes})
+    return BLOCKS[name](**{**block_values(name), **changes})
 
 
 BICYCLE, LEFT = block("bicycle"), block("mpc")

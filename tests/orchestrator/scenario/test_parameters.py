@@ -15,7 +15,7 @@ from orchestrator.system.files import Given, read_toml
 from orchestrator.system.scene import Scene
 
 
-@pytest.mark.parametrize("path", sorted(PARAMETERS.glob("*.toml")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(PARAMETERS.values()), ids=lambda p: p.stem)
 def test_every_value_has_a_unit_and_a_source(path):
     for name, given in parameter_set(path.stem).items():
         assert given.source, name
