@@ -6,10 +6,10 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from components.controller.coast import Coast
+from components.controller.constrained_mpc import ConstrainedMpc
 from components.controller.lqr import Lqr
 from components.controller.mpc import Mpc
 from components.controller.mpc_external import MpcInteriorPoint, MpcSqp
-from components.controller.mpc_plus import MpcPlus
 from components.controller.pure_pursuit import PurePursuit
 from components.controller.stanley import Stanley
 from components.controller.two_level_mp import TwoLevelMp
@@ -33,7 +33,7 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     Mpc,
     MpcSqp,
     MpcInteriorPoint,
-    MpcPlus,
+    ConstrainedMpc,
     Lqr,
     Stanley,
     PurePursuit,

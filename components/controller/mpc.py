@@ -8,17 +8,29 @@ from typing import ClassVar, final
 from typing_extensions import override
 
 from components.controller.algorithms import active_set
+from components.controller.algorithms.bounded import Solution
 from components.controller.planner import Manoeuvre, no_manoeuvre
-from components.controller.problems.ocp import Horizon, Model, Problem, Weights
-from components.controller.reference import Guidance, Reference
-from components.controller.solving import ITERATIONS, N_P, TOLERANCE, Decision, accepted, shifted
+from components.controller.problems.ocp import Horizon, OptimalControlProblem, PredictedVehicle, Weights
+from components.controller.reference import Guidance, PathReference
+from components.controller.solving import (
+    KKT_TOLERANCE,
+    N_P,
+    Decision,
+    PredictiveOutputs,
+    decided,
+    shifted,
+    shown_plan,
+)
 from components.interfaces.block import Sampled, block
-from components.interfaces.buses import Actuation, Plan, Solver, SolverStatus, VehicleState, Waypoints
-from components.interfaces.maths import Array, vector, where
+from components.interfaces.buses import Actuation, VehicleState
+from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import part, record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
+
+NEWTON_ITERATIONS = 10
+"""Per solve; most need four."""
 
 
 @record
@@ -30,17 +42,7 @@ class MpcState:
 
 
 @record
-class MpcOutputs:
-    """All buses the controller shows."""
-
-    actuation: Actuation
-    path: Waypoints
-    plan: Plan
-    solver: Solver
-
-
-@record
-class IntegratedMpc(Guidance, Model, Sampled[ControllerInputs, MpcState, MpcOutputs]):
+class IntegratedMpc(Guidance, PredictedVehicle, Sampled[ControllerInputs, MpcState, PredictiveOutputs]):
     """Integrated path planning and tracking by nonlinear model prediction, the paper's Algorithm 1, whatever solves it.
 
     At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
@@ -54,7 +56,7 @@ class IntegratedMpc(Guidance, Model, Sampled[ControllerInputs, MpcState, MpcOutp
 
     staged: ClassVar[bool] = True
     N_p: ClassVar[int] = N_P
-    kkt_converged: ClassVar[float] = TOLERANCE
+    kkt_converged: ClassVar[float] = KKT_TOLERANCE
     """Residual of the optimality conditions up to which `solver.status` is converged."""
 
     a_1: float = quantity("1/m2", "weight of the distance to the path", min=0)
@@ -71,24 +73,24 @@ class IntegratedMpc(Guidance, Model, Sampled[ControllerInputs, MpcState, MpcOutp
         """No manoeuvre, wheels straight."""
         return MpcState(manoeuvre=no_manoeuvre(), z=vector([0.0] * (2 * N_P)))
 
-    def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
+    def sample(self, x: MpcState, u: ControllerInputs) -> tuple[MpcState, PredictiveOutputs]:
         """One pass of Algorithm 1."""
         dims = self.dimensions()
-        reference = staged(Mpc.reference, Reference, dims, self, x.manoeuvre, u)
+        reference = staged(Guidance.reference, PathReference, dims, self, x.manoeuvre, u)
         problem = self.problem(u.ego, reference.horizon)
         guess = shifted(x.z)
-        decision = accepted(bounds(problem), self.solve(problem, guess), guess, self.kkt_converged)
-        outputs = staged(_outputs, MpcOutputs, dims, problem, reference, decision)
+        decision = decided(self.solve(problem, guess), guess, problem.bounds(), self.kkt_converged)
+        outputs = staged(_outputs, PredictiveOutputs, dims, problem, reference, decision)
         return MpcState(manoeuvre=reference.manoeuvre, z=decision.z), outputs
 
     @abstractmethod
-    def solve(self, problem: Problem, guess: Array) -> active_set.Solution:
+    def solve(self, problem: OptimalControlProblem, guess: Array) -> Solution:
         """The minimiser of ``problem.cost`` within its bounds, searched from `guess`."""
 
-    def problem(self, ego: VehicleState, horizon: Horizon) -> Problem:
+    def problem(self, ego: VehicleState, horizon: Horizon) -> OptimalControlProblem:
         """The optimal control problem for this vehicle."""
-        return Problem(
-            model=part(Model, self),
+        return OptimalControlProblem(
+            vehicle=part(PredictedVehicle, self),
             weights=part(Weights, self),
             horizon=horizon,
             start=ego,
@@ -110,34 +112,18 @@ class Mpc(IntegratedMpc):
     """
 
     @override
-    def solve(self, problem: Problem, guess: Array) -> active_set.Solution:
+    def solve(self, problem: OptimalControlProblem, guess: Array) -> Solution:
         """An active-set Newton method."""
-        dims = self.dimensions()
         return active_set.minimise(
-            Problem.cost, bounds, problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
+            problem, self.dimensions(), guess, iterations=NEWTON_ITERATIONS, tolerance=KKT_TOLERANCE
         )
 
 
-def bounds(problem: Problem) -> tuple[Array, Array]:
-    """Lower and upper bounds of the decision."""
-    return problem.bounds(N_P)
-
-
-def _outputs(problem: Problem, reference: Reference, decision: Decision) -> MpcOutputs:
-    states = problem.prediction(decision.z)
+def _outputs(problem: OptimalControlProblem, reference: PathReference, decision: Decision) -> PredictiveOutputs:
     delta_f, T_r = problem.controls(decision.z)[0]
-    horizon = reference.horizon
-    lost = decision.solver.status == float(SolverStatus.fallback)  # there may be no prediction: show the path
-    return MpcOutputs(
+    return PredictiveOutputs(
         actuation=Actuation(delta_f=delta_f, T_r=T_r),
         path=reference.path,
-        plan=Plan(
-            x=vector([where(lost, horizon.x_d[i], s.x) for i, s in enumerate(states)]),
-            y=vector([where(lost, horizon.y_d[i], s.y) for i, s in enumerate(states)]),
-            x_d=horizon.x_d,
-            y_d=horizon.y_d,
-            y_upper=horizon.y_upper,
-            y_lower=horizon.y_lower,
-        ),
+        plan=shown_plan(reference.horizon, problem.prediction(decision.z), decision.solver),
         solver=decision.solver,
     )

@@ -25,7 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, negate, sqrt, where
+from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, is_number, negate, sqrt, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 
@@ -109,7 +109,7 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
         _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - 2 * third, x_11, l_clear),
     )
     begins = both(both(keep, ahead.blocked), possible)
-    located = absolute(ego.x) < _ANYWHERE
+    located = is_number(ego.x, limit=_ANYWHERE)
     x_0 = where(before.located, before.x_0, where(located, ego.x, 0.0))
     x_0 = where(both(begins, finished), ego.x, x_0)  # a new episode
     x_1 = where(begins, x_out, before.x_1)

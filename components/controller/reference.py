@@ -20,7 +20,7 @@ from components.interfaces.sockets import ControllerInputs
 
 
 @record
-class Reference:
+class PathReference:
     """What the traffic of this sample asks for."""
 
     manoeuvre: Manoeuvre
@@ -102,7 +102,7 @@ class Guidance(PathPlanning):
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
         return obstacles
 
-    def reference(self, before: Manoeuvre, u: ControllerInputs) -> Reference:
+    def reference(self, before: Manoeuvre, u: ControllerInputs) -> PathReference:
         """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1).
 
         The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
@@ -122,4 +122,4 @@ class Guidance(PathPlanning):
             y_upper=vector([upper for upper, _ in free]),
             y_lower=vector([lower for _, lower in free]),
         )
-        return Reference(manoeuvre=manoeuvre, path=path.waypoints, horizon=horizon)
+        return PathReference(manoeuvre=manoeuvre, path=path.waypoints, horizon=horizon)

@@ -6,13 +6,10 @@ from components.controller import dubins
 from components.controller.planner import Manoeuvre
 from components.controller.reference import PathPlanning
 from components.interfaces.buses import Actuation, VehicleState, Waypoints
-from components.interfaces.maths import absolute, atan2, clip, cos, sin, where
+from components.interfaces.maths import atan2, clip, cos, is_number, sin, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine, record
 from components.interfaces.sockets import ControllerInputs
-
-_LARGEST = 1e300
-"""Every number is smaller, but no number that is none."""
 
 
 @record
@@ -73,7 +70,7 @@ def deviation(target: Target, ego: VehicleState) -> Deviation:
 
 def bounded(value: float, low: float, high: float) -> float:
     """`value`, kept inside its bounds; 0 where it is not a number."""
-    return where(absolute(value) < _LARGEST, clip(value, low, high), 0.0)
+    return where(is_number(value), clip(value, low, high), 0.0)
 
 
 @record

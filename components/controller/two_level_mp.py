@@ -9,23 +9,23 @@ from components.controller.lqr_tracking import Gain, LqrTracking
 from components.controller.planner import Manoeuvre, no_manoeuvre
 from components.controller.problems.ocp import Weights
 from components.controller.problems.point_mass import PlanningProblem, PointMass
-from components.controller.reference import Guidance, Reference
-from components.controller.solving import N_P, TOLERANCE, Decision, accepted, shifted
+from components.controller.reference import Guidance, PathReference
+from components.controller.solving import KKT_TOLERANCE, N_P, Decision, PredictiveOutputs, decided, shifted
 from components.controller.tracking import Target, deviation
 from components.interfaces.block import Sampled, block
-from components.interfaces.buses import Actuation, Plan, Solver, VehicleState, Waypoints
+from components.interfaces.buses import VehicleState
 from components.interfaces.frames import to_road
-from components.interfaces.maths import Array, absolute, atan2, both, cos, fmax, fmin, negate, sin, sqrt, vector, where
+from components.interfaces.maths import Array, atan2, both, cos, fmax, fmin, is_number, negate, sin, sqrt, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine, leaves, record
 from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
-ITERATIONS = 20
+_ITERATIONS = 20
 """Per solve; most need five."""
 
 _LARGEST = 1e9
-"""Every state is smaller, but no state with a number that is none."""
+"""A state with a number beyond this is lost."""
 
 _SLOWEST = 1.0
 """[m/s] Below this the curvature of the plan is taken as at this speed."""
@@ -44,30 +44,20 @@ class TwoLevelState:
 
 
 @record
-class TwoLevelOutputs:
-    """All buses the controller shows."""
-
-    actuation: Actuation
-    path: Waypoints
-    plan: Plan
-    solver: Solver
-
-
-@record
 class _Sample:
     x: TwoLevelState
-    y: TwoLevelOutputs
+    y: PredictiveOutputs
 
 
 @record
 class _Given:
-    reference: Reference
+    reference: PathReference
     problem: PlanningProblem
 
 
 @final
 @block(CONTROLLER)
-class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState, TwoLevelOutputs]):
+class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState, PredictiveOutputs]):
     """Two-level baseline: point-mass MP planner, LQR as tracker, PI on speed.
 
     Upper level: path, corridor and horizon are those of `mpc`, anew at every sample; the plan minimises the same
@@ -99,21 +89,15 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
             z=vector([0.0] * (2 * N_P)),
         )
 
-    def sample(self, x: TwoLevelState, u: ControllerInputs) -> tuple[TwoLevelState, TwoLevelOutputs]:
+    def sample(self, x: TwoLevelState, u: ControllerInputs) -> tuple[TwoLevelState, PredictiveOutputs]:
         """Plan, then track."""
         dims = self.dimensions()
         given = staged(_given, _Given, dims, self, x, u)
         guess = x.z + (shifted(x.z) - x.z) * fmin(self.T_s / self.dt, 1.0)  # a sample is a share of a prediction step
-        found = active_set.minimise(
-            PlanningProblem.cost, _bounds, given.problem, dims, guess, iterations=ITERATIONS, tolerance=TOLERANCE
-        )
-        decision = accepted(_bounds(given.problem), found, guess)
+        found = active_set.minimise(given.problem, dims, guess, iterations=_ITERATIONS, tolerance=KKT_TOLERANCE)
+        decision = decided(found, guess, given.problem.bounds())
         now = staged(_tracked, _Sample, dims, self, x, u, given, decision)
         return now.x, now.y
-
-
-def _bounds(problem: PlanningProblem) -> tuple[Array, Array]:
-    return problem.bounds(N_P)
 
 
 def _given(self: TwoLevelMp, x: TwoLevelState, u: ControllerInputs) -> _Given:
@@ -135,7 +119,7 @@ def _point(x: TwoLevelState, ego: VehicleState) -> PointMass:
     first = PointMass(x=ego.x, y=ego.y, v_x=v_x, v_y=v_y)
     psi = atan2(x.point.v_y, x.point.v_x)
     lag = (ego.x - x.point.x) * cos(psi) + (ego.y - x.point.y) * sin(psi)
-    along = where(absolute(lag) < _LARGEST, lag, 0.0)
+    along = where(is_number(lag, limit=_LARGEST), lag, 0.0)
     later = PointMass(x=x.point.x + along * cos(psi), y=x.point.y + along * sin(psi), v_x=x.point.v_x, v_y=x.point.v_y)
 
     def chosen(new: float, old: float) -> float:
@@ -146,7 +130,7 @@ def _point(x: TwoLevelState, ego: VehicleState) -> PointMass:
 
 def _tracked(self: TwoLevelMp, x: TwoLevelState, u: ControllerInputs, given: _Given, decision: Decision) -> _Sample:
     """Track the planned point, and move it on."""
-    problem, horizon = given.problem, given.reference.horizon
+    problem = given.problem
     point = problem.start
     a_x, a_y = problem.accelerations(decision.z)[0]
     v = fmax(sqrt(point.v_x * point.v_x + point.v_y * point.v_y), _SLOWEST)
@@ -157,9 +141,7 @@ def _tracked(self: TwoLevelMp, x: TwoLevelState, u: ControllerInputs, given: _Gi
     v_d = sqrt(later.v_x * later.v_x + later.v_y * later.v_y)
     actuation, integral = self.actuation(delta_f, v_d, x.integral, u.ego)
 
-    known = absolute(later.x) < _LARGEST
-    for value in leaves(later)[1:]:
-        known = both(known, absolute(value) < _LARGEST)
+    known = is_number(*leaves(later), limit=_LARGEST)
 
     def kept(new: float, old: float) -> float:
         return where(known, new, old)
@@ -174,17 +156,10 @@ def _tracked(self: TwoLevelMp, x: TwoLevelState, u: ControllerInputs, given: _Gi
             integral=integral,
             z=decision.z,
         ),
-        y=TwoLevelOutputs(
+        y=PredictiveOutputs(
             actuation=actuation,
             path=given.reference.path,
-            plan=Plan(
-                x=vector([s.x for s in states]),
-                y=vector([s.y for s in states]),
-                x_d=horizon.x_d,
-                y_d=horizon.y_d,
-                y_upper=horizon.y_upper,
-                y_lower=horizon.y_lower,
-            ),
+            plan=given.reference.horizon.plan(x=vector([s.x for s in states]), y=vector([s.y for s in states])),
             solver=decision.solver,
         ),
     )

@@ -37,6 +37,7 @@ class Block(ABC, Generic[U, X, Y]):
     """
 
     name: ClassVar[str]
+    """The class's name in lower case with underscores, unless the class itself gives another."""
     summary: ClassVar[str]
     socket: ClassVar[Socket]
     input_type: ClassVar[type]
@@ -137,7 +138,7 @@ def block(socket: Socket) -> Callable[[B], B]:
 
     def declare(cls: B) -> B:
         made: Any = dataclass(frozen=True, kw_only=True, eq=False)(cls)
-        made.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        made.name = vars(cls).get("name") or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         made.summary = (cls.__doc__ or "").strip().split("\n")[0].rstrip(".")
         made.socket = socket
         made.input_type, made.state_type, made.output_type = _signature(cls)

@@ -63,6 +63,14 @@ def clip(value: float, low: float, high: float) -> float:
     return fmin(fmax(value, low), high)
 
 
+def is_number(*values: float, limit: float = 1e300) -> bool:
+    """Whether all values are numbers of a magnitude below `limit`; infinities are too large, and NaN is none."""
+    known = absolute(values[0]) < limit  # false for NaN
+    for value in values[1:]:
+        known = both(known, absolute(value) < limit)
+    return known
+
+
 def largest(values: Sequence[float]) -> float:
     """The largest of several values."""
     found = values[0]

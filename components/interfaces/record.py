@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import prod
@@ -128,6 +128,17 @@ def _unpack(cls: type[R], column: Array, dimensions: Mapping[str, int], at: int)
         elif kind is not None:
             values[name], at = _unpack(kind, column, dimensions, at)
     return cls(**values), at
+
+
+def pack_all(values: Sequence[object]) -> Array:
+    """Several records as one column of numbers or symbols, one below the other."""
+    return joined([leaf for value in values for leaf in leaves(value)])
+
+
+def unpack_all(cls: type[R], column: Array, dimensions: Mapping[str, int] | None = None) -> list[R]:
+    """The records of type `cls` whose `pack_all` is `column`."""
+    n = size(cls, dimensions)
+    return [unpack(cls, column[at : at + n], dimensions) for at in range(0, column.shape[0], n)]
 
 
 def part(cls: type[R], whole: Any) -> R:

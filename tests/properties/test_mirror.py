@@ -11,8 +11,9 @@ from hypothesis.extra.numpy import arrays
 from components import BLOCKS
 from components.controller.corridor import Road, corridor
 from components.controller.dubins import LaneChange, double_lane_change
-from components.controller.mpc import Mpc, MpcOutputs
+from components.controller.mpc import Mpc
 from components.controller.problems.ocp import Horizon
+from components.controller.solving import PredictiveOutputs
 from components.interfaces.buses import SLOTS, Actuation, ObstacleList, VehicleState
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs, PlantInputs
@@ -109,7 +110,7 @@ def test_the_whole_controller_mirrors_with_the_road(state, obstacles):
 
     def sampled(controller, u):
         column = lower(Mpc).output(pack(controller.start()), pack(u), pack(controller))
-        return unpack(MpcOutputs, np.asarray(column).ravel(), Mpc.dimensions())
+        return unpack(PredictiveOutputs, np.asarray(column).ravel(), Mpc.dimensions())
 
     left = sampled(LEFT, ControllerInputs(ego=state, obstacles=obstacles))
     right = sampled(RIGHT, ControllerInputs(ego=mirrored(state), obstacles=mirrored(obstacles)))

@@ -9,7 +9,7 @@ Each iteration, at z with gradient g and Hessian H:
 4. lambda falls after a full step and grows when no step length helped (Levenberg-Marquardt).
 
 The number of iterations is fixed: no branch depends on the numbers, so that each solve takes the same time and the
-caller supplies all memory. The residual of the optimality conditions is |z - P(z - g)|, P the projection on the bounds.
+caller supplies all memory. The residual of the optimality conditions is that of `bounded`.
 
 References: D. P. Bertsekas, SIAM J. Control and Optimization 20 (1982); J. Nocedal, S. Wright, Numerical
 Optimization (2006), 3.4 and 16.7.
@@ -19,111 +19,83 @@ Optimization (2006), 3.4 and 16.7.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 import casadi as ca
-import numpy as np
 
-from components.interfaces.maths import Array, is_symbolic
+from components.controller.algorithms.bounded import (
+    BoundedProblem,
+    Dimensions,
+    Solution,
+    SymbolicProblem,
+    projected,
+    residual,
+    solution,
+    symbolic,
+)
+from components.interfaces.maths import Array
 from components.interfaces.record import pack
-from components.interfaces.staging import symbols
 
-P = TypeVar("P")
-
-STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05, 0.01)
-SMALLEST_PIVOT = 1e-9
-DAMPING_ON_FAILURE = 1e-3
+_STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05, 0.01)
+_SMALLEST_PIVOT = 1e-9
+_DAMPING_ON_FAILURE = 1e-3
 
 
-@dataclass(frozen=True)
-class Solution:
-    """What a solve found."""
-
-    z: Array
-    cost: float
-    kkt: float
-    iterations: float
-    """Iterations whose residual was above the tolerance."""
-
-
-def minimise(  # noqa: PLR0913 - the parts of a bound-constrained problem
-    cost: Callable[[P, Array], float],
-    bounds: Callable[[P], tuple[Array, Array]],
-    problem: P,
-    dimensions: dict[str, int],
-    z_start: Array,
-    *,
-    iterations: int,
-    tolerance: float,
+def minimise(
+    problem: BoundedProblem, dimensions: dict[str, int], z_start: Array, *, iterations: int, tolerance: float
 ) -> Solution:
-    """Minimise ``cost(problem, z)`` within ``bounds(problem)``, from `z_start`; numbers or graph symbols."""
-    n = z_start.shape[0]
-    iterate, residual = _functions(cost, bounds, type(problem), tuple(dimensions.items()), n)
+    """Minimise ``problem.cost(z)`` within ``problem.bounds()``.
+
+    Args:
+        problem: A record of numbers or of graph symbols.
+        dimensions: The structural constants that give the lengths of its arrays.
+        z_start: Where the search begins, of shape (n,).
+        iterations: How many are made, in any case.
+        tolerance: Residual of the optimality conditions above which an iteration counts as needed.
+
+    Returns:
+        The solution, in numbers or graph symbols as the problem is.
+    """
+    kind, key = type(problem), tuple(dimensions.items())
+    iterate = _iteration(kind, key, z_start.shape[0])
     data = pack(problem)
     z: Any = z_start
     damping: Any = 0.0
     count: Any = 0.0
     for _ in range(iterations):
         z, damping, count = iterate(z, damping, count, data, tolerance)
-    value: Any
-    kkt: Any
-    value, kkt = residual(z, data)
-    if is_symbolic(z):
-        return Solution(z, value, kkt, count)
-    return Solution(np.asarray(z, dtype=float).ravel(), float(value), float(kkt), float(count))
+    return solution(kind, key, data, z, count)
 
 
 @cache
-def _functions(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> tuple[ca.Function, ca.Function]:
-    data, problem = symbols(kind, dict(dimensions), name="data")
-    z = ca.SX.sym("z", n)
-    lower, upper = bounds(problem)
-    J = cost(problem, z)
+def _iteration(kind: type, dimensions: Dimensions, n: int) -> ca.Function:
+    """``iterate(z, damping, count, data, tolerance) -> (z, damping, count)``."""
+    problem = symbolic(kind, dimensions, n)
+    z, data, J = problem.z, problem.data, problem.cost
     H, g = ca.hessian(J, z)
     value = ca.Function("cost", [z, data], [J])
-    kkt = _residual(z, g, lower, upper)
+    kkt = residual(problem, g)
 
     damping, count, tolerance = ca.SX.sym("damping"), ca.SX.sym("count"), ca.SX.sym("tolerance")
-    p = _direction(z, g, H, lower, upper, damping)
+    p = _direction(problem, g, H, damping)
     best_z, best, taken = z, J, ca.SX(0)
-    for alpha in reversed(STEP_LENGTHS):
-        trial = _project(z + alpha * p, lower, upper)
-        found = value(trial, data)
-        better = found < best
-        best_z, best = ca.if_else(better, trial, best_z), ca.if_else(better, found, best)
+    for alpha in reversed(_STEP_LENGTHS):
+        trial = projected(problem, z + alpha * p)
+        trial_cost = value(trial, data)
+        better = trial_cost < best
+        best_z, best = ca.if_else(better, trial, best_z), ca.if_else(better, trial_cost, best)
         taken = ca.if_else(better, alpha, taken)
-    grown = ca.fmax(10 * damping, DAMPING_ON_FAILURE)
+    grown = ca.fmax(10 * damping, _DAMPING_ON_FAILURE)
     next_damping = ca.if_else(taken <= 0, grown, ca.if_else(taken >= 1, damping / 10, damping))
-    step = ca.Function(
+    return ca.Function(
         "iterate", [z, damping, count, data, tolerance], [best_z, next_damping, count + (kkt > tolerance)]
     )
-    return step, residual_function(cost, bounds, kind, dimensions, n)
 
 
-@cache
-def residual_function(cost: Any, bounds: Any, kind: type, dimensions: Any, n: int) -> ca.Function:
-    """``residual(z, data) -> (cost, kkt)``, for solutions from wherever."""
-    data, problem = symbols(kind, dict(dimensions), name="data")
-    z = ca.SX.sym("z", n)
-    J = cost(problem, z)
-    return ca.Function("residual", [z, data], [J, _residual(z, ca.gradient(J, z), *bounds(problem))])
-
-
-def _residual(z: Any, g: Any, lower: Any, upper: Any) -> Any:
-    return ca.mmax(ca.fabs(z - _project(z - g, lower, upper)))
-
-
-def _project(z: Any, lower: Any, upper: Any) -> Any:
-    return ca.fmin(ca.fmax(z, lower), upper)
-
-
-def _direction(  # noqa: PLR0913 - the parts of one Newton step
-    z: Any, g: Any, H: Any, lower: Any, upper: Any, damping: Any
-) -> Any:
+def _direction(problem: SymbolicProblem, g: Any, H: Any, damping: Any) -> Any:
     """Solve for p by LDL' with positive pivots; active variables get p = 0."""
+    z, lower, upper = problem.z, problem.lower, problem.upper
     n = z.numel()
     active = ca.logic_or(ca.logic_and(z <= lower, g > 0), ca.logic_and(z >= upper, g < 0))
     free = 1 - active
@@ -131,7 +103,7 @@ def _direction(  # noqa: PLR0913 - the parts of one Newton step
     L, d = ca.SX.eye(n), [ca.SX(0)] * n
     for j in range(n):
         pivot = A[j, j] - sum((L[j, k] * L[j, k] * d[k] for k in range(j)), ca.SX(0))
-        d[j] = ca.fmax(ca.fabs(pivot), SMALLEST_PIVOT)
+        d[j] = ca.fmax(ca.fabs(pivot), _SMALLEST_PIVOT)
         for i in range(j + 1, n):
             L[i, j] = (A[i, j] - sum((L[i, k] * L[j, k] * d[k] for k in range(j)), ca.SX(0))) / d[j]
     p = -g * free

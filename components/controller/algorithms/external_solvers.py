@@ -10,46 +10,43 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, partial
-from typing import Any, TypeVar
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from components.controller.algorithms.active_set import Solution, residual_function
+from components.controller.algorithms.bounded import BoundedProblem, Dimensions, Solution, solution, symbolic
 from components.interfaces.callback import Callback
-from components.interfaces.maths import Array, is_symbolic
+from components.interfaces.maths import Array
 from components.interfaces.record import pack
-from components.interfaces.staging import symbols
 
-P = TypeVar("P")
-Search = Callable[["_Given", Array, Array, float], tuple[Array, int]]
+Search = Callable[["_NumericProblem", Array, Array, float], tuple[Array, int]]
 """``search(problem, z_start, data, tolerance) -> z, iterations``"""
 
 INTERIOR_POINT_ITERATIONS = 1000
 SQP_ITERATIONS = 400
 
 
-class _Given:
-    """Cost, gradient and bounds of a problem as functions of the decision z and the column of its data."""
+class _NumericProblem:
+    """Cost with its gradient, and bounds, as functions of numbers: the decision z and the column of data."""
 
-    def __init__(self, cost: Any, bounds: Any, kind: type, dimensions: dict[str, int], n: int) -> None:
-        self.data, problem = symbols(kind, dimensions, name="data")
-        self.z = ca.SX.sym("z", n)
-        self.J = cost(problem, self.z)
-        self.cost = ca.Function("cost", [self.z, self.data], [self.J, ca.gradient(self.J, self.z)])
-        self.bounds = ca.Function("bounds", [self.data], list(bounds(problem)))
+    def __init__(self, kind: type, dimensions: Dimensions, n: int) -> None:
+        self.symbolic = symbolic(kind, dimensions, n)
+        z, data, J = self.symbolic.z, self.symbolic.data, self.symbolic.cost
+        self.cost = ca.Function("cost", [z, data], [J, ca.gradient(J, z)])
+        self.bounds = ca.Function("bounds", [data], [self.symbolic.lower, self.symbolic.upper])
 
 
-def interior_point(given: _Given, z_start: Array, data: Array, tolerance: float) -> tuple[Array, int]:
+def interior_point(problem: _NumericProblem, z_start: Array, data: Array, tolerance: float) -> tuple[Array, int]:
     """IPOPT with a limited-memory quasi-Newton Hessian."""
-    solver = _ipopt(given, tolerance)
-    lower, upper = given.bounds(data)
+    solver = _ipopt(problem, tolerance)
+    lower, upper = problem.bounds(data)
     z = np.array(solver(x0=z_start, p=data, lbx=lower, ubx=upper)["x"]).ravel()
     return z, int(solver.stats()["iter_count"])
 
 
 @cache
-def _ipopt(given: _Given, tolerance: float) -> ca.Function:
+def _ipopt(problem: _NumericProblem, tolerance: float) -> ca.Function:
     options = {
         "print_time": False,
         "calc_lam_p": False,
@@ -62,18 +59,19 @@ def _ipopt(given: _Given, tolerance: float) -> ca.Function:
             "hessian_approximation": "limited-memory",
         },
     }
-    return ca.nlpsol("interior_point", "ipopt", {"x": given.z, "p": given.data, "f": given.J}, options)
+    nlp = {"x": problem.symbolic.z, "p": problem.symbolic.data, "f": problem.symbolic.cost}
+    return ca.nlpsol("interior_point", "ipopt", nlp, options)
 
 
-def sqp(given: _Given, z_start: Array, data: Array, tolerance: float) -> tuple[Array, int]:
+def sqp(problem: _NumericProblem, z_start: Array, data: Array, tolerance: float) -> tuple[Array, int]:
     """Sequential quadratic programming by SLSQP; `tolerance` is on the change of the objective."""
     from scipy.optimize import minimize  # noqa: PLC0415 - slow to import, and only this needs it
 
     def value_and_slope(z: Array) -> tuple[float, Array]:
-        value, slope = given.cost(z, data)
+        value, slope = problem.cost(z, data)
         return float(value), np.array(slope).ravel()
 
-    lower, upper = (np.array(b).ravel() for b in given.bounds(data))
+    lower, upper = (np.array(b).ravel() for b in problem.bounds(data))
     found = minimize(
         value_and_slope,
         np.clip(z_start, lower, upper),
@@ -85,38 +83,39 @@ def sqp(given: _Given, z_start: Array, data: Array, tolerance: float) -> tuple[A
     return np.asarray(found.x), int(found.nit)
 
 
-def _searched(given: _Given, search: Search, z_start: Array, data: Array, tolerance: Array) -> tuple[Array, int]:
-    """A search from plain numbers; none from what is not finite."""
+def _searched(
+    problem: _NumericProblem, search: Search, z_start: Array, data: Array, tolerance: Array
+) -> tuple[Array, int]:
+    """A search from plain numbers; from values that are not finite there is none, and NaN is the answer."""
     if not (np.isfinite(z_start).all() and np.isfinite(data).all()):
         return np.full(z_start.size, np.nan), 0
-    return search(given, z_start, data, float(tolerance[0]))
+    return search(problem, z_start, data, float(tolerance[0]))
 
 
 @cache
-def _callback(  # noqa: PLR0913 - what makes two problems the same
-    search: Search, cost: Any, bounds: Any, kind: type, dimensions: Any, n: int
-) -> Callback:
+def _callback(search: Search, kind: type, dimensions: Dimensions, n: int) -> Callback:
     """A search as a node of the equations: ``(z_start, data, tolerance) -> (z, iterations)``."""
-    given = _Given(cost, bounds, kind, dict(dimensions), n)
-    return Callback(search.__name__, partial(_searched, given, search), [n, given.data.numel(), 1], [n, 1])
+    problem = _NumericProblem(kind, dimensions, n)
+    sizes = [n, problem.symbolic.data.numel(), 1]
+    return Callback(search.__name__, partial(_searched, problem, search), sizes, [n, 1])
 
 
-def minimise(  # noqa: PLR0913 - as `active_set.minimise`
-    search: Search,
-    cost: Callable[[P, Array], float],
-    bounds: Callable[[P], tuple[Array, Array]],
-    problem: P,
-    dimensions: dict[str, int],
-    z_start: Array,
-    *,
-    tolerance: float,
+def minimise(
+    search: Search, problem: BoundedProblem, dimensions: dict[str, int], z_start: Array, *, tolerance: float
 ) -> Solution:
-    """Minimise ``cost(problem, z)`` within ``bounds(problem)`` by `search`; the residual is that of `active_set`."""
-    n = z_start.shape[0]
-    key = tuple(dimensions.items())
+    """Minimise ``problem.cost(z)`` within ``problem.bounds()`` by `search`.
+
+    Args:
+        search: `interior_point` or `sqp`.
+        problem: A record of numbers or of graph symbols.
+        dimensions: The structural constants that give the lengths of its arrays.
+        z_start: Where the search begins, of shape (n,).
+        tolerance: What the search stops at, in its own terms.
+
+    Returns:
+        The solution, in numbers or graph symbols as the problem is; NaN where a value given was not finite.
+    """
+    kind, key = type(problem), tuple(dimensions.items())
     data: Any = pack(problem)
-    z, iterations = _callback(search, cost, bounds, type(problem), key, n)(z_start, data, tolerance)
-    value, kkt = residual_function(cost, bounds, type(problem), key, n)(z, data)
-    if is_symbolic(z):
-        return Solution(z, value, kkt, iterations)
-    return Solution(np.asarray(z, dtype=float).ravel(), float(value), float(kkt), float(iterations))
+    z, iterations = _callback(search, kind, key, z_start.shape[0])(z_start, data, tolerance)
+    return solution(kind, key, data, z, iterations)

@@ -21,20 +21,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from components.interfaces.maths import Array, is_symbolic
-from components.interfaces.record import pack, unpack, variables
+from components.interfaces.record import pack, size, unpack
 from components.interfaces.staging import column_of, symbols
 
-P = TypeVar("P")
-
-STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05)
-SMALLEST_DAMPING = 1e-6
-LARGEST_DAMPING = 1e6
+_STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05)
+_SMALLEST_DAMPING = 1e-6
+_LARGEST_DAMPING = 1e6
 
 
 @dataclass(frozen=True)
@@ -54,25 +52,42 @@ class Stages:
 
 
 @dataclass(frozen=True)
-class Solution:
-    """Inputs (n_u N,) and states (n_x (N + 1),) step by step, cost, its last relative decrease, useful iterations."""
+class Trajectory:
+    """What a search found; columns hold one record below the other, step by step."""
 
     u: Any
+    """Inputs, of shape (n_u N,)"""
     x: Any
+    """States, of shape (n_x (N + 1),)"""
     cost: float
     decrease: float
+    """Relative decrease of the cost in the last iteration"""
     iterations: float
+    """Iterations that lowered the cost"""
 
 
 def optimise(  # noqa: PLR0913 - the parts of the problem
     stages: Stages, constants: Any, data: Any, x_start: Any, u_start: Array, *, N: int, iterations: int
-) -> Solution:
-    """Improve the inputs `u_start` (n_u N,), for stage data (n_stage (N + 1),), both step by step in one column."""
+) -> Trajectory:
+    """Improve inputs iteration by iteration; numbers or graph symbols.
+
+    Args:
+        stages: The problem.
+        constants: Its constants, a record of the type that `stages` names.
+        data: Stage data, of shape (n_stage (N + 1),), one record below the other.
+        x_start: The state at the first stage, a record.
+        u_start: The inputs that the search begins with, of shape (n_u N,), one record below the other.
+        N: Number of stages with an input.
+        iterations: How many are made, in any case.
+
+    Returns:
+        The best trajectory, which is that of `u_start` where no iteration lowered the cost.
+    """
     iterate, roll = _functions(stages, N)
-    n_u = _size(stages.input)
+    n_u = size(stages.input)
     p, x_0 = pack(constants), pack(x_start)
     u: Any = ca.reshape(u_start, n_u, N)
-    table = ca.reshape(data, _size(stages.stage), N + 1)
+    table = ca.reshape(data, size(stages.stage), N + 1)
     x, cost = roll(p, table, x_0, u)
     damping: Any = 0.0
     before, count = cost, 0.0
@@ -80,23 +95,19 @@ def optimise(  # noqa: PLR0913 - the parts of the problem
         before = cost
         u, x, cost, damping = iterate(p, table, x_0, u, x, cost, damping)
         count = count + (cost < before)
-    found = Solution(ca.vec(u), ca.vec(x), cost, (before - cost) / (1e-9 + ca.fabs(cost)), count)
+    best = Trajectory(ca.vec(u), ca.vec(x), cost, (before - cost) / (1e-9 + ca.fabs(cost)), count)
     if is_symbolic(cost):
-        return found
-    u, x = (np.asarray(column, dtype=float).ravel() for column in (found.u, found.x))
-    return Solution(u, x, float(found.cost), float(found.decrease), float(found.iterations))
-
-
-def _size(kind: type) -> int:
-    return sum(v.size for v in variables(kind, {}))
+        return best
+    u, x = (np.asarray(column, dtype=float).ravel() for column in (best.u, best.x))
+    return Trajectory(u, x, float(best.cost), float(best.decrease), float(best.iterations))
 
 
 @cache
 def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
     """One iteration, and the trajectory of given inputs; loops over the stages, so that the C stays small."""
-    n_x, n_u = _size(stages.state), _size(stages.input)
-    p = ca.MX.sym("p", _size(stages.constants))
-    data = ca.MX.sym("data", _size(stages.stage), N + 1)
+    n_x, n_u = size(stages.state), size(stages.input)
+    p = ca.MX.sym("p", size(stages.constants))
+    data = ca.MX.sym("data", size(stages.stage), N + 1)
     x_0, u, x = ca.MX.sym("x_0", n_x), ca.MX.sym("u", n_u, N), ca.MX.sym("x", n_x, N + 1)
     k, K, alpha = ca.MX.sym("k", n_u, N), ca.MX.sym("K", n_u, n_x * N), ca.MX.sym("alpha")
     corrected = _corrected(stages, N, (p, data, x_0, u, x, k, K, alpha))
@@ -104,11 +115,11 @@ def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
     damping, cost_before = ca.MX.sym("damping"), ca.MX.sym("cost")
     k_all, K_all = _gains(stages, N, p, data, u, x, damping)
     best = u, x, cost_before, ca.MX(0)
-    for length in reversed(STEP_LENGTHS):
+    for length in reversed(_STEP_LENGTHS):
         trial = corrected(p, data, x_0, u, x, k_all, K_all, length)
         better = trial[2] < best[2]
         best = tuple(ca.if_else(better, new, old) for new, old in zip((*trial, ca.MX(length)), best, strict=True))
-    worse = ca.fmin(ca.fmax(10 * damping, SMALLEST_DAMPING), LARGEST_DAMPING)
+    worse = ca.fmin(ca.fmax(10 * damping, _SMALLEST_DAMPING), _LARGEST_DAMPING)
     next_damping = ca.if_else(best[3] <= 0, worse, damping / 10)
     iterate = ca.Function("iterate", [p, data, x_0, u, x, cost_before, damping], [*best[:3], next_damping])
 
@@ -122,7 +133,7 @@ def _corrected(stages: Stages, N: int, arguments: Any) -> ca.Function:
     move = _move(stages)
     repeated = ca.repmat(p, 1, N), data[:, :N], u, x[:, :N], k, K, ca.repmat(alpha, 1, N)
     states, applied, costs = move.mapaccum("moves", N)(x_0, *repeated)
-    n_x, n_u = _size(stages.state), _size(stages.input)
+    n_x, n_u = size(stages.state), size(stages.input)
     end = states[:, N - 1]
     _, _, last = move(end, p, data[:, N], ca.MX(n_u, 1), end, ca.MX(n_u, 1), ca.MX(n_u, n_x), 0)
     return ca.Function("corrected", list(arguments), [applied, ca.horzcat(x_0, states), ca.sum2(costs) + last])
@@ -132,7 +143,7 @@ def _gains(  # noqa: PLR0913 - everything the sweep needs
     stages: Stages, N: int, p: Any, data: Any, u: Any, x: Any, damping: Any
 ) -> tuple[Any, Any]:
     """The corrections k (n_u, N) and K (n_u, n_x N) of the backward sweep."""
-    n_x, n_u = _size(stages.state), _size(stages.input)
+    n_x, n_u = size(stages.state), size(stages.input)
     quadratic = _quadratic(stages)
     inputs = ca.horzcat(u, ca.MX(n_u, 1))
     parts = quadratic.map(N + 1)(ca.repmat(p, 1, N + 1), data, x, inputs)

@@ -1,4 +1,4 @@
-"""The optimal control problem of `mpc_plus`, stage by stage, as text.
+"""The optimal control problem of `constrained_mpc`, stage by stage, as text.
 
 States are the vehicle's and its steering angle; inputs are the steering rate and the torque. Each stage weighs the
 distance to the path, the speed error, the yaw acceleration and the inputs, and holds the body inside the corridor and
@@ -8,7 +8,7 @@ the tyres inside their friction limit, with slack.
 from __future__ import annotations
 
 from components.controller.algorithms import ilqr
-from components.controller.problems.ocp import Model
+from components.controller.problems.ocp import PredictedVehicle
 from components.interfaces.frames import to_road
 from components.interfaces.maths import absolute, cos, fmax, sin, sqrt, tanh
 from components.interfaces.quantity import quantity
@@ -17,7 +17,7 @@ from components.interfaces.runge_kutta import runge_kutta
 
 
 @record
-class PlusState:
+class SteeredVehicle:
     """The predicted vehicle; the steering angle is a state, its rate an input."""
 
     x: float = quantity("m", "position along the road")
@@ -30,7 +30,7 @@ class PlusState:
 
 
 @record
-class PlusInput:
+class StageInput:
     """What is optimised at each prediction step."""
 
     delta_rate: float = quantity("rad/s", "steering rate")
@@ -38,7 +38,7 @@ class PlusInput:
 
 
 @record
-class PlusStage:
+class StageTarget:
     """What a prediction step is asked for."""
 
     x_d: float = quantity("m", "desired point, along the road")
@@ -49,7 +49,7 @@ class PlusStage:
 
 
 @record
-class PlusConstants(Model):
+class ConstrainedSettings(PredictedVehicle):
     """The vehicle, the weights and the limits of the optimisation."""
 
     ego_length: float = quantity("m", "length of the ego vehicle", min=0)
@@ -71,7 +71,7 @@ class PlusConstants(Model):
 
 
 @record
-class PlusProblem(PlusConstants):
+class ConstrainedProblem(ConstrainedSettings):
     """The constants, and what they are relative to."""
 
     mu: float = quantity("1", "friction coefficient of the road")
@@ -79,13 +79,13 @@ class PlusProblem(PlusConstants):
     dt: float = quantity("s", "prediction step")
 
 
-def loads(p: PlusProblem) -> tuple[float, float]:
+def loads(p: ConstrainedProblem) -> tuple[float, float]:
     """Static loads of one front and one rear tyre."""
     total = p.m * p.g / 2 / (p.l_f + p.l_r)
     return total * p.l_r, total * p.l_f
 
 
-def demands(p: PlusProblem, x: PlusState) -> tuple[float, float]:
+def demands(p: ConstrainedProblem, x: SteeredVehicle) -> tuple[float, float]:
     """What linear tyres (2), (3) would ask for, as shares of the friction limit, with sign."""
     F_zf, F_zr = loads(p)
     alpha_f = (x.v_y + p.l_f * x.r) / x.v_x - x.delta_f  # (3)
@@ -93,14 +93,14 @@ def demands(p: PlusProblem, x: PlusState) -> tuple[float, float]:
     return p.C_alpha_f * alpha_f / (p.mu * F_zf), p.C_alpha_r * alpha_r / (p.mu * F_zr)
 
 
-def derivative(p: PlusProblem, x: PlusState, u: PlusInput) -> PlusState:
+def derivative(p: ConstrainedProblem, x: SteeredVehicle, u: StageInput) -> SteeredVehicle:
     """Equations of motion (1) with tyres that saturate at the friction limit."""
     F_zf, F_zr = loads(p)
     front, rear = demands(p, x)
     F_cf, F_cr = -p.mu * F_zf * tanh(front), -p.mu * F_zr * tanh(rear)
     x_dot, y_dot = to_road(x.psi, x.v_x, x.v_y)
     F_x = p.T_scale * u.T_r / p.R_w
-    return PlusState(
+    return SteeredVehicle(
         x=x_dot,
         y=y_dot,
         psi=x.r,
@@ -111,14 +111,14 @@ def derivative(p: PlusProblem, x: PlusState, u: PlusInput) -> PlusState:
     )
 
 
-def predict(p: PlusProblem, x: PlusState, u: PlusInput) -> PlusState:
+def predict(p: ConstrainedProblem, x: SteeredVehicle, u: StageInput) -> SteeredVehicle:
     """The state one prediction step later: the angle is reached at once and held, as the vehicle will have it."""
-    held = PlusState(x=x.x, y=x.y, psi=x.psi, v_x=x.v_x, v_y=x.v_y, r=x.r, delta_f=x.delta_f + p.dt * u.delta_rate)
-    still = PlusInput(delta_rate=0.0, T_r=u.T_r)
+    held = SteeredVehicle(x=x.x, y=x.y, psi=x.psi, v_x=x.v_x, v_y=x.v_y, r=x.r, delta_f=x.delta_f + p.dt * u.delta_rate)
+    still = StageInput(delta_rate=0.0, T_r=u.T_r)
     return runge_kutta(lambda state: derivative(p, state, still), held, p.dt)
 
 
-def residual(p: PlusProblem, stage: PlusStage, x: PlusState, u: PlusInput) -> list[float]:
+def residual(p: ConstrainedProblem, stage: StageTarget, x: SteeredVehicle, u: StageInput) -> list[float]:
     """Weighted residuals of one prediction step; the last four are constraints with slack."""
     r_dot = derivative(p, x, u).r
     front, rear = demands(p, x)
@@ -138,12 +138,12 @@ def residual(p: PlusProblem, stage: PlusStage, x: PlusState, u: PlusInput) -> li
     ]
 
 
-def bounds(p: PlusProblem) -> tuple[PlusInput, PlusInput]:
+def bounds(p: ConstrainedProblem) -> tuple[StageInput, StageInput]:
     """Lower and upper inputs."""
     return (
-        PlusInput(delta_rate=-p.delta_rate_max, T_r=-p.T_bmax / p.T_scale),
-        PlusInput(delta_rate=p.delta_rate_max, T_r=p.T_dmax / p.T_scale),
+        StageInput(delta_rate=-p.delta_rate_max, T_r=-p.T_bmax / p.T_scale),
+        StageInput(delta_rate=p.delta_rate_max, T_r=p.T_dmax / p.T_scale),
     )
 
 
-STAGES = ilqr.Stages(PlusProblem, PlusStage, PlusState, PlusInput, predict, residual, bounds)
+STAGES = ilqr.Stages(ConstrainedProblem, StageTarget, SteeredVehicle, StageInput, predict, residual, bounds)

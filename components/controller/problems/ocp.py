@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from components.interfaces.buses import VehicleState
+from components.interfaces.buses import Plan, VehicleState
 from components.interfaces.frames import to_road
 from components.interfaces.maths import Array, cos, fmax, sin, vector
 from components.interfaces.quantity import quantity
@@ -28,7 +28,7 @@ CLOSEST = 1e-3
 
 
 @record
-class Model:
+class PredictedVehicle:
     """The vehicle as the controller knows it."""
 
     m: float = quantity("kg", "mass of the predicted vehicle", min=1)
@@ -59,24 +59,39 @@ class Horizon:
     y_upper: Array = quantity("m", "upper boundary Y_u at X_d", shape=("N_p",))
     y_lower: Array = quantity("m", "lower boundary Y_l at X_d", shape=("N_p",))
 
+    @property
+    def steps(self) -> int:
+        """Number of prediction steps."""
+        return self.x_d.shape[0]
 
-def predict(model: Model, before: VehicleState, delta_f: float, T_r: float, dt: float) -> VehicleState:
+    def plan(self, x: Array, y: Array) -> Plan:
+        """The bus `plan` for the predicted positions `x` and `y`, each of shape (N_p,)."""
+        return Plan(x=x, y=y, x_d=self.x_d, y_d=self.y_d, y_upper=self.y_upper, y_lower=self.y_lower)
+
+
+def by_input(z: Array) -> tuple[Array, Array]:
+    """The two halves of a decision of shape (2 N_p,): the first input at k..k+N_p-1, then the second."""
+    N_p = z.shape[0] // 2
+    return z[:N_p], z[N_p:]
+
+
+def predict(vehicle: PredictedVehicle, before: VehicleState, delta_f: float, T_r: float, dt: float) -> VehicleState:
     """The state one prediction step later, (6)-(9) with the corrections RESOLUTIONS 1, 2 and 10."""
-    F_cf = -model.C_alpha_f * ((before.v_y + model.l_f * before.r) / before.v_x - delta_f)  # (9)
-    F_cr = -model.C_alpha_r * ((before.v_y - model.l_r * before.r) / before.v_x)  # (9)
-    v_x = before.v_x + (before.v_y * before.r - 2 * (F_cf * sin(delta_f) - T_r / model.R_w) / model.m) * dt  # (8)
-    v_y = before.v_y + (-before.v_x * before.r + 2 * (F_cf * cos(delta_f) + F_cr) / model.m) * dt  # (8)
-    r = before.r + 2 * (model.l_f * F_cf - model.l_r * F_cr) / model.I_z * dt  # (8)
+    F_cf = -vehicle.C_alpha_f * ((before.v_y + vehicle.l_f * before.r) / before.v_x - delta_f)  # (9)
+    F_cr = -vehicle.C_alpha_r * ((before.v_y - vehicle.l_r * before.r) / before.v_x)  # (9)
+    v_x = before.v_x + (before.v_y * before.r - 2 * (F_cf * sin(delta_f) - T_r / vehicle.R_w) / vehicle.m) * dt  # (8)
+    v_y = before.v_y + (-before.v_x * before.r + 2 * (F_cf * cos(delta_f) + F_cr) / vehicle.m) * dt  # (8)
+    r = before.r + 2 * (vehicle.l_f * F_cf - vehicle.l_r * F_cr) / vehicle.I_z * dt  # (8)
     psi = before.psi + before.r * dt  # (8)
     v_xg, v_yg = to_road(psi, v_x, v_y)  # (7)
     return VehicleState(x=before.x + v_xg * dt, y=before.y + v_yg * dt, psi=psi, v_x=v_x, v_y=v_y, r=r)  # (6)
 
 
 @record
-class Problem:
+class OptimalControlProblem:
     """The optimal control problem of one sample, in scaled decisions ``z = (delta_f / delta_scale, T_r / T_scale)``."""
 
-    model: Model
+    vehicle: PredictedVehicle
     weights: Weights
     horizon: Horizon
     start: VehicleState
@@ -87,22 +102,23 @@ class Problem:
     delta_scale: float = quantity("rad", "unit of the angles in z")
     T_scale: float = quantity("N.m", "unit of the torques in z")
 
-    def bounds(self, N_p: int) -> tuple[Array, Array]:
+    def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of z, of shape (2 N_p,)."""
+        N_p = self.horizon.steps
         delta, drive, brake = self.delta_max / self.delta_scale, self.T_dmax / self.T_scale, self.T_bmax / self.T_scale
         return vector([-delta] * N_p + [-brake] * N_p), vector([delta] * N_p + [drive] * N_p)
 
     def controls(self, z: Array) -> list[tuple[Any, Any]]:
         """(delta_f, T_r) at k..k+N_p-1 for the scaled decision `z`."""
-        N_p = z.shape[0] // 2
-        return [(self.delta_scale * z[i], self.T_scale * z[N_p + i]) for i in range(N_p)]
+        angles, torques = by_input(z)
+        return [(self.delta_scale * angles[i], self.T_scale * torques[i]) for i in range(angles.shape[0])]
 
     def prediction(self, z: Array) -> list[VehicleState]:
         """The predicted states at k+1..k+N_p."""
         states: list[VehicleState] = []
         now = self.start
         for delta_f, T_r in self.controls(z):
-            now = predict(self.model, now, delta_f, T_r, self.dt)
+            now = predict(self.vehicle, now, delta_f, T_r, self.dt)
             states.append(now)
         return states
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from components.controller.problems.ocp import Horizon, Weights, distance_cost
+from components.controller.problems.ocp import Horizon, Weights, by_input, distance_cost
 from components.interfaces.maths import Array, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
@@ -47,14 +47,15 @@ class PlanningProblem:
     dt: float = quantity("s", "prediction step")
     a_max: float = quantity("m/s2", "largest acceleration along each axis, mu g")
 
-    def bounds(self, N_p: int) -> tuple[Array, Array]:
+    def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of z, of shape (2 N_p,)."""
-        return vector([-1.0] * (2 * N_p)), vector([1.0] * (2 * N_p))
+        n = 2 * self.horizon.steps
+        return vector([-1.0] * n), vector([1.0] * n)
 
     def accelerations(self, z: Array) -> list[tuple[Any, Any]]:
         """(a_x, a_y) at k..k+N_p-1 for the scaled decision `z`."""
-        N_p = z.shape[0] // 2
-        return [(self.a_max * z[i], self.a_max * z[N_p + i]) for i in range(N_p)]
+        along, across = by_input(z)
+        return [(self.a_max * along[i], self.a_max * across[i]) for i in range(along.shape[0])]
 
     def prediction(self, z: Array) -> list[PointMass]:
         """The predicted states at k+1..k+N_p."""

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from components.controller.dubins import double_lane_change
-from components.controller.mpc import N_P, Mpc, MpcOutputs, MpcState
+from components.controller.mpc import Mpc, MpcState
 from components.controller.planner import no_manoeuvre
+from components.controller.solving import N_P, PredictiveOutputs
 from components.interfaces.buses import SolverStatus
 from components.interfaces.record import pack, unpack, variables
 from components.interfaces.sockets import ControllerInputs, PlantInputs
@@ -29,11 +30,11 @@ def mpc(make) -> Mpc:
     return make("mpc")
 
 
-def lowered(block: Mpc, x: MpcState, u: ControllerInputs) -> tuple[MpcState, MpcOutputs]:
+def lowered(block: Mpc, x: MpcState, u: ControllerInputs) -> tuple[MpcState, PredictiveOutputs]:
     """One sample by the function that also becomes C."""
     columns = lower(Mpc).step(pack(x), pack(u), pack(block), 0.1)
     x_next, y = (np.asarray(column).ravel() for column in columns)
-    return unpack(MpcState, x_next, DIMS), unpack(MpcOutputs, y, DIMS)
+    return unpack(MpcState, x_next, DIMS), unpack(PredictiveOutputs, y, DIMS)
 
 
 def static_run(make: Any, obstacles: Any, setting: dict[str, float]) -> list[tuple[MpcState, ControllerInputs]]:
@@ -176,7 +177,7 @@ def test_decisions_stay_inside_their_bounds_whatever_the_state(mpc, vehicle, obs
 
 def test_the_horizon_of_the_block_is_the_papers(mpc):
     assert DIMS == {"N_p": 3}
-    shapes = {v.name: v.shape for v in variables(MpcOutputs, DIMS)}
+    shapes = {v.name: v.shape for v in variables(PredictiveOutputs, DIMS)}
     assert shapes["plan.x"] == (3,)
     assert shapes["path.x"] == (15,)
     assert mpc.start().z.tolist() == [0.0] * 6

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.controller.problems.point_mass import PointMass
+from components.controller.solving import PredictiveOutputs
 from components.controller.tracking import Target, deviation
-from components.controller.two_level_mp import TwoLevelMp, TwoLevelOutputs, TwoLevelState
+from components.controller.two_level_mp import TwoLevelMp, TwoLevelState
 from components.interfaces.buses import SolverStatus
 from components.interfaces.record import pack, unpack
 from components.interfaces.sockets import ControllerInputs
@@ -26,11 +27,11 @@ def block(make) -> TwoLevelMp:
     return make("two_level_mp")
 
 
-def sampled(block, x, u) -> tuple[TwoLevelState, TwoLevelOutputs]:
+def sampled(block, x, u) -> tuple[TwoLevelState, PredictiveOutputs]:
     """One sample by the function that also becomes C."""
     columns = lower(TwoLevelMp).step(pack(x), pack(u), pack(block), 0.1)
     x_next, y = (np.asarray(column).ravel() for column in columns)
-    return unpack(TwoLevelState, x_next, DIMS), unpack(TwoLevelOutputs, y, DIMS)
+    return unpack(TwoLevelState, x_next, DIMS), unpack(PredictiveOutputs, y, DIMS)
 
 
 def begun(block, **point: float) -> TwoLevelState:

@@ -70,3 +70,14 @@ def test_the_corners_of_a_box_start_front_left_and_run_counter_clockwise():
     assert corners(10.0, 1.0, 0.0, 4.0, 2.0) == [(12.0, 2.0), (8.0, 2.0), (8.0, 0.0), (12.0, 0.0)]
     turned = corners(0.0, 0.0, np.pi / 2, 4.0, 2.0)  # facing left: the front left corner is behind on the left
     assert np.allclose(turned, [(-1, 2), (-1, -2), (1, -2), (1, 2)], atol=1e-15)
+
+
+@pytest.mark.parametrize("value", [0.0, -9.9, 9.9, 10.0, -10.5, np.inf, -np.inf, np.nan])
+@pytest.mark.parametrize("other", [1.0, np.nan])
+def test_a_number_is_below_its_limit_and_no_nan(value, other):
+    symbols = ca.SX.sym("v", 2)
+    function = ca.Function("known", [symbols], [maths.is_number(symbols[0], symbols[1], limit=10.0)])
+    expected = abs(value) < 10 and other == 1.0
+    assert bool(maths.is_number(value, other, limit=10.0)) is expected
+    assert bool(function([value, other])) is expected
+    assert bool(maths.is_number(value)) is bool(np.isfinite(value))

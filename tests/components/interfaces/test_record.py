@@ -20,9 +20,11 @@ from components.interfaces.record import (
     groups,
     leaves,
     pack,
+    pack_all,
     record,
     size,
     unpack,
+    unpack_all,
     value_problems,
     variables,
 )
@@ -151,3 +153,12 @@ def test_every_wrong_value_of_a_record_is_reported_with_its_path():
 def test_symbols_are_not_judged():
     inner = Inner(a=ca.SX.sym("a"), b=ca.SX.sym("b", 5))
     assert value_problems(inner, "unit") == []
+
+
+def test_several_records_stand_one_below_the_other():
+    column = np.arange(6.0)
+    first, second = unpack_all(Inner, column)
+    assert (first.a, first.b.tolist(), second.a, second.b.tolist()) == (0.0, [1.0, 2.0], 3.0, [4.0, 5.0])
+    assert pack_all([first, second]).tolist() == column.tolist()
+    symbol = ca.SX.sym("c", 6)
+    assert ca.is_equal(ca.simplify(pack_all(unpack_all(Inner, symbol))), symbol, 1)

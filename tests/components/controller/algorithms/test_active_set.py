@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize
 
-from components.controller.algorithms.active_set import Solution, minimise
-from components.controller.mpc import ITERATIONS, N_P, TOLERANCE
-from components.controller.problems.ocp import Horizon, Problem
+from components.controller.algorithms.active_set import minimise
+from components.controller.algorithms.bounded import Solution
+from components.controller.mpc import NEWTON_ITERATIONS
+from components.controller.problems.ocp import Horizon, OptimalControlProblem
+from components.controller.solving import KKT_TOLERANCE, N_P
 from components.interfaces.maths import Array
 from components.interfaces.quantity import quantity
 from components.interfaces.record import pack, record, size
@@ -34,21 +36,19 @@ class Quadratic:
     lower: Array = quantity("1", "lower bounds", shape=(N,))
     upper: Array = quantity("1", "upper bounds", shape=(N,))
 
+    def cost(self, z: Array) -> float:
+        total = 0.0
+        for j in range(N):
+            along = sum(self.B[N * i + j] * z[i] for i in range(N))
+            total = total + along * along / 2 + self.b[j] * z[j] + self.share * z[j] * z[j] / 2
+        return total
 
-def quadratic(p: Quadratic, z: Array) -> float:
-    total = 0.0
-    for j in range(N):
-        along = sum(p.B[N * i + j] * z[i] for i in range(N))
-        total = total + along * along / 2 + p.b[j] * z[j] + p.share * z[j] * z[j] / 2
-    return total
+    def bounds(self) -> tuple[Array, Array]:
+        return self.lower, self.upper
 
 
 def solved(problem: Quadratic, z: Array, iterations: int = 30) -> Solution:
-    return minimise(quadratic, box, problem, {}, z, iterations=iterations, tolerance=1e-6)
-
-
-def box(p: Any) -> tuple[Array, Array]:
-    return p.lower, p.upper
+    return minimise(problem, {}, z, iterations=iterations, tolerance=1e-6)
 
 
 def separable(curvatures: Any, slopes: Any, width: float = 1.0) -> Quadratic:
@@ -135,13 +135,11 @@ class Valley:
     steep: float = quantity("1", "steepness")
     reach: float = quantity("1", "upper bound of both variables")
 
+    def cost(self, z: Array) -> float:
+        return (1 - z[0]) * (1 - z[0]) + self.steep * (z[1] - z[0] * z[0]) * (z[1] - z[0] * z[0])
 
-def valley(p: Valley, z: Array) -> float:
-    return (1 - z[0]) * (1 - z[0]) + p.steep * (z[1] - z[0] * z[0]) * (z[1] - z[0] * z[0])
-
-
-def valley_box(p: Valley) -> tuple[Any, Any]:
-    return ca.DM([-2, -2]), ca.vertcat(p.reach, p.reach)
+    def bounds(self) -> tuple[Any, Any]:
+        return ca.DM([-2, -2]), ca.vertcat(self.reach, self.reach)
 
 
 @pytest.mark.parametrize(
@@ -152,9 +150,7 @@ def valley_box(p: Valley) -> tuple[Any, Any]:
     ],
 )
 def test_a_curved_valley_is_followed_to_its_end(reach, optimum):
-    found = minimise(
-        valley, valley_box, Valley(steep=100.0, reach=reach), {}, np.array([-1.2, 0.4]), iterations=80, tolerance=1e-6
-    )
+    found = minimise(Valley(steep=100.0, reach=reach), {}, np.array([-1.2, 0.4]), iterations=80, tolerance=1e-6)
     assert found.z == pytest.approx(optimum, abs=1e-6)
     assert found.kkt < 1e-6
 
@@ -164,7 +160,7 @@ def test_a_curved_valley_is_followed_to_its_end(reach, optimum):
 def test_symbols_and_numbers_give_the_same_bits(problem):
     column, record_of_symbols = symbols(Quadratic, {}, ca.MX, "p")
     z = ca.MX.sym("z", N)
-    graph = minimise(quadratic, box, record_of_symbols, {}, z, iterations=6, tolerance=1e-6)
+    graph = minimise(record_of_symbols, {}, z, iterations=6, tolerance=1e-6)
     lowered = ca.Function("solve", [column, z], [graph.z, graph.cost, graph.kkt, graph.iterations])
     start = np.full(N, 0.05)
     z_found, *rest = lowered(pack(problem), start)
@@ -173,7 +169,7 @@ def test_symbols_and_numbers_give_the_same_bits(problem):
     assert [float(v) for v in rest] == [number.cost, number.kkt, number.iterations]
 
 
-def random_problem(mpc: Any, vehicle: Any, rng: np.random.Generator) -> Problem:
+def random_problem(mpc: Any, vehicle: Any, rng: np.random.Generator) -> OptimalControlProblem:
     """A vehicle near a path with a bend, inside a corridor; all at random."""
     dt = mpc.dt
     ego = vehicle(
@@ -193,7 +189,7 @@ def random_problem(mpc: Any, vehicle: Any, rng: np.random.Generator) -> Problem:
 @pytest.mark.parametrize("setting", [{}, {"dt": 0.1, "b_3": 1e-4}], ids=["tuned", "literal"])
 def test_cold_starts_of_the_real_problem_reach_the_best_of_several_scipy_starts(make, vehicle, setting):
     mpc, rng = make("mpc", **setting), np.random.default_rng(1)
-    data, problem = symbols(Problem, {"N_p": N_P}, ca.SX, "data")
+    data, problem = symbols(OptimalControlProblem, {"N_p": N_P}, ca.SX, "data")
     z = ca.SX.sym("z", 2 * N_P)
     J = problem.cost(z)
     value_and_slope = ca.Function("J", [z, data], [J, ca.gradient(J, z)])
@@ -206,7 +202,7 @@ def test_cold_starts_of_the_real_problem_reach_the_best_of_several_scipy_starts(
     for _ in range(trials):
         problem = random_problem(mpc, vehicle, rng)
         column = pack(problem)
-        lower, upper = problem.bounds(N_P)
+        lower, upper = problem.bounds()
 
         def objective(z: Array, column: Array = column) -> tuple[float, Array]:
             arguments[0][:], arguments[1][:] = z, column
@@ -226,22 +222,16 @@ def test_cold_starts_of_the_real_problem_reach_the_best_of_several_scipy_starts(
         )
         start = rng.uniform(lower, upper) / 2
         found = minimise(
-            Problem.cost,
-            bounds_of,
             problem,
             {"N_p": N_P},
             start,
-            iterations=ITERATIONS,
-            tolerance=TOLERANCE,
+            iterations=NEWTON_ITERATIONS,
+            tolerance=KKT_TOLERANCE,
         )
         assert np.all((lower <= found.z) & (found.z <= upper))
         reached += found.cost <= best + 1e-6 * max(1.0, abs(best))
     assert reached >= 0.9 * trials, f"{reached} of {trials}"
 
 
-def bounds_of(problem: Problem) -> tuple[Array, Array]:
-    return problem.bounds(N_P)
-
-
 def test_a_problem_packs_to_the_column_the_solver_reads():
-    assert size(Problem, {"N_p": N_P}) == 7 + 4 + 4 * N_P + 6 + 6
+    assert size(OptimalControlProblem, {"N_p": N_P}) == 7 + 4 + 4 * N_P + 6 + 6

@@ -10,16 +10,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from components.controller.problems.ocp import CLOSEST, Horizon, Model, Problem, Weights, predict
+from components.controller.problems.ocp import (
+    CLOSEST,
+    Horizon,
+    OptimalControlProblem,
+    PredictedVehicle,
+    Weights,
+    predict,
+)
 from components.interfaces.buses import VehicleState
 
 TABLE_1 = {"m": 2000.0, "I_z": 1300.0, "l_f": 1.2, "l_r": 1.05, "C_alpha_f": 12000.0, "C_alpha_r": 12000.0, "R_w": 0.3}
 N_P = 3
 
 
-def problem(horizon: Horizon, start: VehicleState, **changes: Any) -> Problem:
+def problem(horizon: Horizon, start: VehicleState, **changes: Any) -> OptimalControlProblem:
     values = {
-        "model": Model(**TABLE_1),
+        "vehicle": PredictedVehicle(**TABLE_1),
         "weights": Weights(a_1=1.0, b_1=0.1, b_2=0.1, b_3=0.01),
         "dt": 0.1,
         "delta_max": np.pi / 4,
@@ -29,7 +36,7 @@ def problem(horizon: Horizon, start: VehicleState, **changes: Any) -> Problem:
         "T_scale": 200.0,
         **changes,
     }
-    return Problem(horizon=horizon, start=start, **values)
+    return OptimalControlProblem(horizon=horizon, start=start, **values)
 
 
 def horizon_of(x_d: Any, y_d: Any, y_upper: Any, y_lower: Any) -> Horizon:
@@ -69,7 +76,7 @@ decisions = arrays(float, 2 * N_P, elements=st.floats(-0.78, 0.78))
 
 
 def test_one_prediction_step_by_hand(vehicle):
-    after = predict(Model(**TABLE_1), vehicle(v_y=0.5, r=0.2), delta_f=0.1, T_r=100.0, dt=0.1)
+    after = predict(PredictedVehicle(**TABLE_1), vehicle(v_y=0.5, r=0.2), delta_f=0.1, T_r=100.0, dt=0.1)
     # forces 312 N and -348 N as in the plant's point value
     v_x = 10 + 0.1 * (0.1 - 0.001 * (312 * 0.09983341664682815 - 1000 / 3))
     v_y = 0.5 + 0.1 * (-2.0 + 0.001 * (312 * 0.9950041652780258 - 348))
@@ -140,8 +147,10 @@ def test_a_boundary_just_outside_the_clip_counts_in_full(vehicle):
 
 
 def test_bounds_and_controls_are_in_the_units_of_the_optimisation(vehicle):
-    scaled = problem(horizon_of([0], [0], [0], [0]), vehicle(), delta_max=0.8, delta_scale=0.4, T_scale=80.0)
-    lower, upper = scaled.bounds(2)
+    scaled = problem(
+        horizon_of([0, 0], [0, 0], [0, 0], [0, 0]), vehicle(), delta_max=0.8, delta_scale=0.4, T_scale=80.0
+    )
+    lower, upper = scaled.bounds()
     assert lower.tolist() == [-2.0, -2.0, -2.0, -2.0]
     assert upper.tolist() == [2.0, 2.0, 2.5, 2.5]
     assert scaled.controls(upper) == [(0.8, 200.0), (0.8, 200.0)]

@@ -33,10 +33,6 @@ def problem(*, y_d=(0.4, 0.8, 1.2), weights=(1.0, 0.1, 0.1), v_y=0.0) -> Plannin
     )
 
 
-def bounds(p: PlanningProblem):
-    return p.bounds(3)
-
-
 def test_a_constant_acceleration_moves_it_as_galilei_says():
     later = PointMass(x=1.0, y=2.0, v_x=10.0, v_y=-1.0).moved(2.0, 4.0, 0.5)
     assert (later.x, later.y, later.v_x, later.v_y) == (6.25, 2.0, 11.0, 1.0)
@@ -66,7 +62,7 @@ def test_the_cost_is_the_distances_of_the_paper_alone(z):
 @pytest.mark.parametrize("y_d", [(0.1, 0.2, 0.3), (0.4, 0.8, 1.2), (-2.0, -2.0, -2.0), (1.0, 0.0, -1.0)])
 def test_the_solution_is_that_of_scipy(y_d):
     p = problem(y_d=y_d)
-    found = active_set.minimise(PlanningProblem.cost, bounds, p, DIMS, np.zeros(6), iterations=10, tolerance=1e-6)
+    found = active_set.minimise(p, DIMS, np.zeros(6), iterations=10, tolerance=1e-6)
     assert found.kkt < 1e-6
     other = minimize(p.cost, np.zeros(6), method="L-BFGS-B", bounds=[(-1, 1)] * 6, options={"ftol": 1e-15})
     assert found.cost == pytest.approx(other.fun, rel=1e-7)
@@ -75,7 +71,7 @@ def test_the_solution_is_that_of_scipy(y_d):
 
 def test_without_boundaries_a_reachable_path_is_met_exactly():
     p = problem(y_d=(0.05, 0.15, 0.3), weights=(1.0, 0.0, 0.0))
-    found = active_set.minimise(PlanningProblem.cost, bounds, p, DIMS, np.zeros(6), iterations=10, tolerance=1e-6)
+    found = active_set.minimise(p, DIMS, np.zeros(6), iterations=10, tolerance=1e-6)
     states = p.prediction(found.z)
     assert [s.x for s in states] == pytest.approx([2.5, 5.0, 7.5], abs=1e-6)
     assert [s.y for s in states] == pytest.approx([0.05, 0.15, 0.3], abs=1e-6)
