@@ -14,7 +14,7 @@ from components.interfaces.quantity import DTYPES, Quantity, Type
 
 @dataclass(frozen=True)
 class Linear:
-    """``y = factor * x + offset``: a change of unit, or SSP's linear transformation."""
+    """``y = factor * x + offset``: a change of the unit of measurement, or SSP's linear transformation."""
 
     factor: float = 1.0
     offset: float = 0.0
@@ -35,12 +35,12 @@ class Linear:
 
 @dataclass(frozen=True)
 class Lookup:
-    """Value by value: SSP's mappings of Booleans, integers and enumerations. What is not listed stays as it is."""
+    """SSP's mappings of Booleans, integers and enumerations: value by value; others stay as they are."""
 
     table: Mapping[Any, Any]
 
     def __call__(self, x: NDArray[Any]) -> NDArray[Any]:
-        """The values that those in `x` stand for."""
+        """The values that those in `x` are mapped to."""
         return np.array([self.table.get(item, item) for item in x.tolist()], dtype=x.dtype)
 
 
@@ -50,10 +50,13 @@ IDENTITY = Linear()
 
 
 def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
-    """From the unit of `found` to that of `wanted`; None where they do not measure the same.
+    """From the unit of measurement of `found` to that of `wanted`.
 
-    A unit that is not declared fits any other, and numbers pass unchanged. Two units that nobody knows fit when they
-    are spelled alike.
+    A unit that is not declared fits any other, and numbers pass unchanged. Two unknown units fit when they are spelled
+    alike.
+
+    Returns:
+        None where the two do not measure the same.
     """
     if found.unit == wanted.unit and (found.base or wanted.base) is None:
         return IDENTITY
@@ -62,7 +65,7 @@ def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
     a, b = found.base_unit, wanted.base_unit
     if a is None or b is None:
         return IDENTITY if found.unit == wanted.unit else None
-    if not a.same_dimension(b) or not (a.factor and b.factor):  # a file may say that its unit is none of another
+    if not a.same_dimension(b) or not (a.factor and b.factor):  # a file may declare a factor of 0
         return None
     return Linear(a.factor / b.factor, (a.offset - b.offset) / b.factor)
 

@@ -1,4 +1,4 @@
-"""Quantities: what a field of a record means, in which unit, type, shape and range."""
+"""Quantities: what a field of a record means, in which unit of measurement, type, shape and range."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from components.interfaces.problem import Problem, choices, refuse
-from components.interfaces.unit_strings import UNITS, BaseUnit, base_unit
+from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, BaseUnit, base_unit
 
 Dimension: TypeAlias = int | str
 """A length, or the name of a structural constant of the block (`"N_p"`) that gives it."""
@@ -35,7 +35,7 @@ class Type(StrEnum):
 
     @property
     def is_float(self) -> bool:
-        """Whether values have a fraction, and so a unit."""
+        """Whether values have a fraction, and so a unit of measurement."""
         return self in (Type.FLOAT64, Type.FLOAT32)
 
     @property
@@ -50,7 +50,7 @@ class Type(StrEnum):
 
     @property
     def is_number(self) -> bool:
-        """Whether values can be reckoned with: floats, integers, enumerations and Booleans."""
+        """Whether values take part in calculations: floats, integers, enumerations and Booleans."""
         return self not in (Type.STRING, Type.BINARY)
 
 
@@ -71,9 +71,9 @@ def zeros(kind: Type, shape: int | tuple[int, ...]) -> np.ndarray[Any, Any]:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Meaning, unit, type, shape and range of one signal, state or parameter.
+    """Meaning, unit of measurement, type, shape and range of one signal, state or parameter.
 
-    Quantities of foreign files may declare no unit (the empty string), and bring the definition of theirs (`base`).
+    Quantities of foreign files may declare no unit (the empty string), or define theirs (`base`).
     """
 
     unit: str
@@ -87,7 +87,7 @@ class Quantity:
 
     @property
     def base_unit(self) -> BaseUnit | None:
-        """What the unit means: as the file it comes from defines it, else what everybody knows, else None."""
+        """What the unit of measurement means: as its file defines it, else as it is commonly understood, else None."""
         return self.base or base_unit(self.unit)
 
     @property
@@ -195,8 +195,8 @@ def enumeration(items: type[IntEnum], description: str) -> Any:
 
 def _field(declared: Quantity) -> Any:
     where = f"quantity `{declared.description}`"
-    if declared.unit not in UNITS:
-        raise refuse(where, f"unit `{declared.unit}`", choices(UNITS))
+    if declared.unit not in UNITS_OF_MEASUREMENT:
+        raise refuse(where, f"unit `{declared.unit}`", choices(UNITS_OF_MEASUREMENT))
     if not declared.description:
         raise refuse("quantity", "no description", "a phrase that says what it means")
     if declared.min is not None and declared.max is not None and declared.min > declared.max:

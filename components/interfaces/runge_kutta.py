@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 
 from components.interfaces.record import combine
 
-X = TypeVar("X")
+_X = TypeVar("_X")
 
 
-def runge_kutta(derivative: Callable[[X], X], x: X, h: float) -> X:
+def runge_kutta(derivative: Callable[[_X], _X], x: _X, h: float) -> _X:
     """`x` after one step of `h` along ``dx/dt = derivative(x)``."""
     k_1 = derivative(x)
     k_2 = derivative(combine(_along(h / 2), x, k_1))

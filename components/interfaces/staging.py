@@ -12,7 +12,7 @@ import numpy as np
 
 from components.interfaces.record import leaves, pack, unpack, variables
 
-Y = TypeVar("Y")
+_Y = TypeVar("_Y")
 
 
 def symbols(kind: type, dimensions: dict[str, int], graph: Any = ca.SX, name: str = "x") -> tuple[Any, Any]:
@@ -22,7 +22,7 @@ def symbols(kind: type, dimensions: dict[str, int], graph: Any = ca.SX, name: st
     return column, unpack(kind, column, dimensions)
 
 
-def staged(function: Callable[..., Y], returns: type[Y], dimensions: dict[str, int], *arguments: Any) -> Y:
+def staged(function: Callable[..., _Y], returns: type[_Y], dimensions: dict[str, int], *arguments: Any) -> _Y:
     """`function(*arguments)`, where `arguments` and the result are records.
 
     With plain numbers or scalar symbols (`SX`) this is the call itself. With graph symbols (`MX`) the call becomes

@@ -16,7 +16,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from importlib.util import find_spec
 from itertools import count
 from typing import Any, ClassVar, TypeVar
@@ -28,19 +28,17 @@ from components.interfaces.buses import Motion, VehicleState
 from components.interfaces.callback import Callback
 from components.interfaces.maths import Array, is_symbolic, vector
 from components.interfaces.quantity import integer, quantity
-from components.interfaces.record import pack, record, size, unpack
+from components.interfaces.record import pack, record, size, unpack, variables
 from components.interfaces.sockets import PlantInputs
 
-X = TypeVar("X")
+_X = TypeVar("_X")
 RELATIVE, ABSOLUTE = 1e-6, 1e-6
-"""Tolerances of the integration; much finer ones creep where the equations jump, at `KINEMATIC`."""
+"""Tolerances of the integration; with much finer ones it takes tiny steps where the equations jump, at `KINEMATIC`."""
 MOST_CALLS = 20000
-"""Evaluations after which a step is given up as not a number; hard braking to a stop takes 2000."""
+"""Evaluations after which a step ends as not a number; hard braking to a stop takes 2000."""
 KINEMATIC = 0.1
-"""Speed below which the package's models are kinematic, and their tyres carry no force; wheels roll there: the package
-lets the brakes lock them and the engine spin them up."""
-STEERING = 2
-"""Where the steering angle stands in all states of the package."""
+"""[m/s] Below this speed the package's models are kinematic, and their tyres carry no force. Wheels roll there in our
+models, because the package lets the brakes lock them and the engine spin them up."""
 
 
 def installed() -> bool:
@@ -58,21 +56,33 @@ class CommonRoadOutputs:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """A model of the package: its functions, and where in its state the speed, and what never turns back, stand."""
+    """A model of the package: its functions, and which variables of its state have a special part in a stop."""
 
+    state: type
+    """The state as a record, in the package's order"""
     start: Callable[[Sequence[float], Any], Sequence[float]]
     """``start([x, y, delta, v, psi, r, beta], parameters) -> x``"""
     slope: Callable[[list[float], Sequence[float], Any], Sequence[float]]
     """``slope(x, [v_delta, a], parameters) -> dx/dt``"""
-    speed: int
-    moving: tuple[int, ...]
-    """What is zero at standstill"""
-    wheels: tuple[int, ...] = ()
+    speed: str
+    moving: tuple[str, ...]
+    """What is zero at standstill, beside the speed"""
+    wheels: tuple[str, ...] = ()
     """Wheel speeds, which do not become negative"""
+    steering: str = "delta"
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Where each variable stands in the column of the state."""
+        return {v.name: i for i, v in enumerate(variables(self.state))}
+
+    def at(self, *names: str) -> list[int]:
+        """Where these variables stand in the column of the state."""
+        return [self.places[name] for name in names]
 
 
 @record
-class CommonRoadVehicle(Block[PlantInputs, X, CommonRoadOutputs]):
+class CommonRoadVehicle(Block[PlantInputs, _X, CommonRoadOutputs]):
     """The equations are calls of the package."""
 
     native: ClassVar[bool] = False
@@ -93,36 +103,36 @@ class CommonRoadVehicle(Block[PlantInputs, X, CommonRoadOutputs]):
         """The model; this imports the package."""
 
     @abstractmethod
-    def shown(self, x: X) -> VehicleState:
+    def shown(self, x: _X) -> VehicleState:
         """The bus `state`."""
 
     @abstractmethod
-    def moved(self, x: X, dx: X) -> Motion:
+    def moved(self, x: _X, dx: _X) -> Motion:
         """The bus `motion`, from the state and its slope."""
 
-    def start(self) -> X:
+    def start(self) -> _X:
         """Straight wheels, and the speeds of the parameters."""
-        return self._state(self._called(_start, pack(self), sizes=(8,)))
+        return self._state(self._called(_start, pack(self), sizes=(size(type(self)),)))
 
-    def output(self, x: X, u: PlantInputs) -> CommonRoadOutputs:
+    def output(self, x: _X, u: PlantInputs) -> CommonRoadOutputs:
         """State and accelerations with the actuation of this instant."""
-        dx = self._state(self._called(_slope, pack(x), pack(u), pack(self), sizes=(self._n(), 2, 8)))
+        dx = self._state(self._called(_slope, pack(x), pack(u), pack(self), sizes=self._sizes()))
         return CommonRoadOutputs(state=self.shown(x), motion=self.moved(x, dx))
 
-    def step(self, x: X, u: PlantInputs, h: float) -> X:
+    def step(self, x: _X, u: PlantInputs, h: float) -> _X:
         """Integrated by LSODA: wheels that turn slowly are stiff."""
-        sizes = (self._n(), 2, 8, 1)
+        sizes = (*self._sizes(), 1)
         return self._state(self._called(_step, pack(x), pack(u), pack(self), vector([h]), sizes=sizes))
 
-    def _n(self) -> int:
-        return size(self.state_type)
+    def _sizes(self) -> tuple[int, ...]:
+        return tuple(size(kind) for kind in (self.state_type, self.input_type, type(self)))
 
-    def _state(self, column: Array) -> X:
+    def _state(self, column: Array) -> _X:
         return unpack(self.state_type, column)
 
     def _called(self, function: Callable[..., Array], *columns: Array, sizes: tuple[int, ...]) -> Array:
         if any(map(is_symbolic, columns)):
-            return _callback(type(self), function, sizes, self._n())(*columns)
+            return _callback(type(self), function, sizes, size(self.state_type))(*columns)
         return function(self.dynamics(), *columns)
 
 
@@ -152,20 +162,23 @@ def _slope(model: Dynamics, x: Array, u: Array, p: Array) -> Array:
 
 def _stands(model: Dynamics, x: Array, u: Array) -> bool:
     """Whether the vehicle stands, and is not driven."""
-    return bool(x[model.speed] <= 0 and u[1] <= 0)
+    _, T_r = u
+    return bool(x[model.places[model.speed]] <= 0 and T_r <= 0)
 
 
 def _rate(model: Dynamics, x: Array, u: Array, p: Array, *, held: bool) -> Array:
     """dx/dt; of a vehicle that is held, zero but for the steering; not a number where the model has none."""
     vehicle, T_delta = _parameters(int(p[0])), p[1]
-    v_delta, a = (u[0] - x[STEERING]) / T_delta, 2 * u[1] / (vehicle.m * vehicle.R_w)  # (1)
+    delta_f, T_r = u
+    steering, speed = model.at(model.steering, model.speed)
+    v_delta, a = (delta_f - x[steering]) / T_delta, 2 * T_r / (vehicle.m * vehicle.R_w)  # (1)
     try:
         slope = np.array(model.slope(x.tolist(), (v_delta, a), vehicle))
     except (ArithmeticError, ValueError):  # the package divides by speeds, and takes sines of what is not finite
         return np.full_like(x, np.nan)
-    if model.wheels and abs(x[model.speed]) < KINEMATIC:
-        slope[[*model.wheels]] = slope[model.speed] / vehicle.R_w
-    return np.where(np.arange(x.size) == STEERING, slope, 0.0) if held else slope
+    if model.wheels and abs(x[speed]) < KINEMATIC:
+        slope[model.at(*model.wheels)] = slope[speed] / vehicle.R_w
+    return np.where(np.arange(x.size) == steering, slope, 0.0) if held else slope
 
 
 def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
@@ -174,11 +187,12 @@ def _step(model: Dynamics, x: Array, u: Array, p: Array, h: Array) -> Array:
     try:
         x, t = _integrated(model, x, u, p, (0.0, end), held=held)
         if t < end:
-            x[[model.speed, *model.moving]] = 0.0
+            x[model.at(model.speed, *model.moving)] = 0.0
             x, _ = _integrated(model, x, u, p, (t, end), held=True)
     except ArithmeticError:
         return np.full_like(x, np.nan)
-    x[[model.speed, *model.wheels]] = np.maximum(x[[model.speed, *model.wheels]], 0.0)
+    never_back = model.at(model.speed, *model.wheels)
+    x[never_back] = np.maximum(x[never_back], 0.0)
     return x
 
 
@@ -197,7 +211,7 @@ def _integrated(  # noqa: PLR0913 - what a span of the motion depends on
         return found
 
     def speed(_: float, x: Array) -> float:
-        return x[model.speed]
+        return x[model.places[model.speed]]
 
     speed.terminal, speed.direction = True, -1  # type: ignore[attr-defined]
     events = None if held else speed

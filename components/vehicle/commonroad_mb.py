@@ -72,9 +72,17 @@ class CommonroadMb(CommonRoadVehicle[MbState], Block[PlantInputs, MbState, Commo
         from vehiclemodels.init_mb import init_mb  # noqa: PLC0415 - an extra
         from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb  # noqa: PLC0415
 
-        wheels = (23, 24, 25, 26)
-        at_rest = (5, 7, 9, 10, 12, 14, 15, 17, 19, 20, 22, *wheels)  # all speeds
-        return Dynamics(start=init_mb, slope=vehicle_dynamics_mb, speed=3, moving=at_rest, wheels=wheels)
+        wheels = ("omega_fl", "omega_fr", "omega_rl", "omega_rr")
+        body = ("r", "phi_dot", "theta_dot", "v_y", "v_z")
+        front, rear = ("phi_f_dot", "v_y_f", "v_z_f"), ("phi_r_dot", "v_y_r", "v_z_r")
+        return Dynamics(
+            state=MbState,
+            start=init_mb,
+            slope=vehicle_dynamics_mb,
+            speed="v_x",
+            moving=(*body, *front, *rear, *wheels),
+            wheels=wheels,
+        )
 
     def shown(self, x: MbState) -> VehicleState:
         """Of the sprung mass."""

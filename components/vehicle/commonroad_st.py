@@ -47,7 +47,13 @@ class CommonroadSt(CommonRoadVehicle[StState], Block[PlantInputs, StState, Commo
         from vehiclemodels.init_st import init_st  # noqa: PLC0415 - an extra
         from vehiclemodels.vehicle_dynamics_st import vehicle_dynamics_st  # noqa: PLC0415
 
-        return Dynamics(start=lambda core, _: init_st(core), slope=vehicle_dynamics_st, speed=3, moving=(5, 6))
+        return Dynamics(
+            state=StState,
+            start=lambda core, _: init_st(core),
+            slope=vehicle_dynamics_st,
+            speed="v",
+            moving=("r", "beta"),
+        )
 
     def shown(self, x: StState) -> VehicleState:
         """Speed and slip angle as components in the body frame."""

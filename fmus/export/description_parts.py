@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
-from components.interfaces.unit_strings import base_unit
+from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, base_unit
 from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, Interface
 
 Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
@@ -24,40 +24,11 @@ LOG_CATEGORIES: Final = MappingProxyType(
     {"logStatusError": "why a call returned an error", "logStatusWarning": "outputs that are not finite numbers"}
 )
 
-_QUANTITIES: Final = MappingProxyType(
-    {
-        "1": "Dimensionless",
-        "m": "Length",
-        "m2": "Area",
-        "1/m": "Curvature",
-        "1/m2": "InverseArea",
-        "m4": "SecondMomentOfArea",
-        "s": "Time",
-        "1/s": "Rate",
-        "m/s": "Velocity",
-        "m/s2": "Acceleration",
-        "rad": "Angle",
-        "rad/s": "AngularVelocity",
-        "rad/s2": "AngularAcceleration",
-        "rad/m": "AnglePerLength",
-        "rad.s/m": "AnglePerVelocity",
-        "1/rad2": "InverseAngleSquared",
-        "s2/m2": "InverseVelocitySquared",
-        "s2/rad2": "InverseAngularVelocitySquared",
-        "s4/rad2": "InverseAngularAccelerationSquared",
-        "kg": "Mass",
-        "kg.m2": "MomentOfInertia",
-        "N": "Force",
-        "N.s": "Impulse",
-        "N.m": "Torque",
-        "N/rad": "CorneringStiffness",
-    }
-)
-
 
 def quantity_of(unit: str) -> str:
-    """The quantity, and the name of its type, that goes with a unit; units not in the table name their own type."""
-    return _QUANTITIES.get(unit) or "Quantity_" + unit.replace("/", "_per_").replace(".", "_")
+    """What a unit of measurement measures, as the name of a type; one that is not in our table names its own type."""
+    known = UNITS_OF_MEASUREMENT.get(unit)
+    return known.quantity if known else "Quantity_" + unit.replace("/", "_per_").replace(".", "_")
 
 
 def declared_type(q: Quantity) -> str | None:

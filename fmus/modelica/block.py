@@ -21,7 +21,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable, pack, record, unpack
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
-from components.interfaces.unit_strings import base_unit
+from components.interfaces.units_of_measurement import base_unit
 from fmus.modelica.explicit import Explicit, explicit
 from fmus.modelica.expressions import Expressions
 from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read

@@ -21,7 +21,7 @@ from fmpy.model_description import ModelDescription
 
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
-from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
+from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit
 from fmus.toolchain.version import Version
 
 LARGEST_ARRAY: Final = 10_000_000

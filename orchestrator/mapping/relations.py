@@ -13,7 +13,7 @@ from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, Socket, describe
-from components.interfaces.unit_strings import BASE_UNITS, BaseUnit
+from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit
 from fmus.units.adaptation import Link, Place, RateInput
 from fmus.units.conventions import (
     LEFTWARD,

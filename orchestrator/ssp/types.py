@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias
 
 from components.interfaces.conversion import Linear, Lookup
 from components.interfaces.quantity import Quantity, Type
-from components.interfaces.unit_strings import BASE_UNITS, BaseUnit, base_unit
+from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.rules import NS, Node, local
 

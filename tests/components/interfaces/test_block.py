@@ -133,6 +133,20 @@ def test_outputs_beyond_the_socket_are_welcome():
     assert WeatherStation.summary == "Plant that also tells the wind. More text"
 
 
+def test_a_block_may_have_another_name_than_its_class():
+    @block(PLANT)
+    class Meteorology(Block[PlantInputs, NoState, RichOutputs]):
+        """Plant under the name that people know."""
+
+        name = "weather"
+
+    @block(PLANT)
+    class Forecast(Meteorology):
+        """Another block, which does not inherit the name."""
+
+    assert (Meteorology.name, Forecast.name) == ("weather", "forecast")
+
+
 def test_a_parameter_without_a_quantity_is_refused():
     with pytest.raises(RequestError) as caught:
 

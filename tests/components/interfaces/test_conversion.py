@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, type_fits, unit_conversion
 from components.interfaces.quantity import DTYPES, Quantity, Type
-from components.interfaces.unit_strings import BaseUnit
+from components.interfaces.units_of_measurement import BaseUnit
 
 numbers = st.floats(-1e6, 1e6)
 factors = st.floats(1e-3, 1e3) | st.floats(-1e3, -1e-3)

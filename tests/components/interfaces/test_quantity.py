@@ -9,7 +9,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity, Type, boolean, enumeration, integer, quantity
-from components.interfaces.unit_strings import UNITS
+from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT
 
 
 class Colour(IntEnum):
@@ -33,7 +33,7 @@ def test_an_unknown_unit_is_refused_with_the_units_there_are():
         "quantity `speed`: found unit `km/h`; valid: 1, 1/m, 1/m2, 1/rad2, 1/s, N, N.m, N.s, N/rad, kg, kg.m2, m, "
         "m/s, m/s2, m2, m4, rad, rad.s/m, rad/m, rad/s, rad/s2, s, s2/m2, s2/rad2, s4/rad2"
     )
-    assert all(unit in text for unit in UNITS)
+    assert all(unit in text for unit in UNITS_OF_MEASUREMENT)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from components import BLOCKS
 from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
 from components.interfaces.record import variables
 from components.interfaces.sockets import CONTROLLER, PLANT, SOCKETS, TRAFFIC
-from components.interfaces.unit_strings import BASE_UNITS, UNITS
+from components.interfaces.units_of_measurement import BASE_UNITS, UNITS_OF_MEASUREMENT
 
 POSE = {"x": "m", "y": "m", "psi": "rad"}
 STATE = {**POSE, "v_x": "m/s", "v_y": "m/s", "r": "rad/s"}
@@ -86,7 +86,7 @@ def test_a_horizon_of_any_length_fits_but_a_second_dimension_does_not():
 SYMBOLS = {"N": {"kg": 1, "m": 1, "s": -2}, **{unit: {unit: 1} for unit in BASE_UNITS}, "1": {}}
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", UNITS_OF_MEASUREMENT)
 def test_the_exponents_of_a_unit_are_those_its_spelling_says(unit):
     above, _, below = unit.partition("/")
     found: dict[str, int] = {}
@@ -95,4 +95,4 @@ def test_the_exponents_of_a_unit_are_those_its_spelling_says(unit):
             symbol, power = re.fullmatch(r"([A-Za-z]+|1)(\d*)", factor).groups()
             for base, exponent in SYMBOLS[symbol].items():
                 found[base] = found.get(base, 0) + direction * exponent * int(power or 1)
-    assert {base: n for base, n in found.items() if n} == dict(UNITS[unit])
+    assert {base: n for base, n in found.items() if n} == dict(UNITS_OF_MEASUREMENT[unit].base.exponents)

@@ -26,7 +26,7 @@ from lxml import etree
 from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import groups
-from components.interfaces.unit_strings import UNITS
+from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT
 from fmus.export.build import build_all
 from fmus.export.description_parts import quantity_of
 from fmus.toolchain.platform_names import binary_path
@@ -157,14 +157,14 @@ def test_variables_are_described_completely(built: Built, name: str, version: Ve
     for v in description.modelVariables:
         assert v.description
         if v.type in ("Real", "Float64"):
-            assert v.unit in UNITS
+            assert v.unit in UNITS_OF_MEASUREMENT
             assert v.declaredType is not None
             assert v.declaredType.unit == v.unit
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", UNITS_OF_MEASUREMENT)
 def test_every_unit_has_a_quantity_of_its_own(unit: str) -> None:
-    assert [u for u in UNITS if quantity_of(u) == quantity_of(unit)] == [unit]
+    assert [u for u in UNITS_OF_MEASUREMENT if quantity_of(u) == quantity_of(unit)] == [unit]
     assert not quantity_of(unit).startswith("Quantity_")
 
 

@@ -1,4 +1,4 @@
-"""Unit strings (Modelica spelling) and what they are in SI base units."""
+"""Units of measurement, spelled as in Modelica, and what they are in SI base units."""
 
 from __future__ import annotations
 
@@ -14,68 +14,77 @@ BASE_UNITS: Final = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 """The base units of FMI, in the order of its `BaseUnit` element."""
 
 
-def _unit(**exponents: int) -> MappingProxyType[str, int]:
-    return MappingProxyType(exponents)
-
-
-UNITS: Final = MappingProxyType(
-    {
-        "1": _unit(),
-        "m": _unit(m=1),
-        "m2": _unit(m=2),
-        "1/m": _unit(m=-1),
-        "1/m2": _unit(m=-2),
-        "m4": _unit(m=4),
-        "s": _unit(s=1),
-        "1/s": _unit(s=-1),
-        "m/s": _unit(m=1, s=-1),
-        "m/s2": _unit(m=1, s=-2),
-        "rad": _unit(rad=1),
-        "rad/s": _unit(rad=1, s=-1),
-        "rad/s2": _unit(rad=1, s=-2),
-        "rad/m": _unit(m=-1, rad=1),
-        "rad.s/m": _unit(m=-1, s=1, rad=1),
-        "1/rad2": _unit(rad=-2),
-        "s2/m2": _unit(m=-2, s=2),
-        "s2/rad2": _unit(s=2, rad=-2),
-        "s4/rad2": _unit(s=4, rad=-2),
-        "kg": _unit(kg=1),
-        "kg.m2": _unit(kg=1, m=2),
-        "N": _unit(kg=1, m=1, s=-2),
-        "N.s": _unit(kg=1, m=1, s=-1),
-        "N.m": _unit(kg=1, m=2, s=-2),
-        "N/rad": _unit(kg=1, m=1, s=-2, rad=-1),
-    }
-)
-"""Exponents of the base units; every factor is 1 because all signals of our own are in SI units."""
-
-
 @dataclass(frozen=True)
 class BaseUnit:
-    """A unit in SI base units: ``value in base units = factor * value + offset``, as in FMI's `BaseUnit`."""
+    """A unit of measurement in SI base units, as in FMI: ``value in base units = factor * value + offset``."""
 
     exponents: Mapping[str, int]
     factor: float = 1.0
     offset: float = 0.0
 
     def same_dimension(self, other: BaseUnit) -> bool:
-        """Whether both measure the same: equal exponents of all base units."""
+        """Whether both measure the same, that is, whether the exponents of all base units are equal."""
         return all(self.exponents.get(b, 0) == other.exponents.get(b, 0) for b in BASE_UNITS)
+
+
+@dataclass(frozen=True)
+class UnitOfMeasurement:
+    """What our own signals and parameters are measured in."""
+
+    quantity: str
+    """What it measures, as the name of an FMI type"""
+    base: BaseUnit
+
+
+def _si(quantity: str, **exponents: int) -> UnitOfMeasurement:
+    return UnitOfMeasurement(quantity, BaseUnit(MappingProxyType(exponents)))
+
+
+UNITS_OF_MEASUREMENT: Final = MappingProxyType(
+    {
+        "1": _si("Dimensionless"),
+        "m": _si("Length", m=1),
+        "m2": _si("Area", m=2),
+        "1/m": _si("Curvature", m=-1),
+        "1/m2": _si("InverseArea", m=-2),
+        "m4": _si("SecondMomentOfArea", m=4),
+        "s": _si("Time", s=1),
+        "1/s": _si("Rate", s=-1),
+        "m/s": _si("Velocity", m=1, s=-1),
+        "m/s2": _si("Acceleration", m=1, s=-2),
+        "rad": _si("Angle", rad=1),
+        "rad/s": _si("AngularVelocity", rad=1, s=-1),
+        "rad/s2": _si("AngularAcceleration", rad=1, s=-2),
+        "rad/m": _si("AnglePerLength", m=-1, rad=1),
+        "rad.s/m": _si("AnglePerVelocity", m=-1, s=1, rad=1),
+        "1/rad2": _si("InverseAngleSquared", rad=-2),
+        "s2/m2": _si("InverseVelocitySquared", m=-2, s=2),
+        "s2/rad2": _si("InverseAngularVelocitySquared", s=2, rad=-2),
+        "s4/rad2": _si("InverseAngularAccelerationSquared", s=4, rad=-2),
+        "kg": _si("Mass", kg=1),
+        "kg.m2": _si("MomentOfInertia", kg=1, m=2),
+        "N": _si("Force", kg=1, m=1, s=-2),
+        "N.s": _si("Impulse", kg=1, m=1, s=-1),
+        "N.m": _si("Torque", kg=1, m=2, s=-2),
+        "N/rad": _si("CorneringStiffness", kg=1, m=1, s=-2, rad=-1),
+    }
+)
+"""By symbol; every factor is 1 because all signals of our own are in SI units."""
 
 
 @cache
 def base_unit(unit: str) -> BaseUnit | None:
-    """What a unit string means; None for one that nobody knows.
+    """What a unit of measurement means; None for an unknown one.
 
-    Strings that no FMU or SSP defines are read by pint (`km/h`, `deg/s`, `rpm`), with the radian as a base unit.
+    Units that no FMU or SSP defines are read by pint (`km/h`, `deg/s`, `rpm`), with the radian as a base unit.
     """
-    if unit in UNITS:
-        return BaseUnit(UNITS[unit])
+    if unit in UNITS_OF_MEASUREMENT:
+        return UNITS_OF_MEASUREMENT[unit].base
     try:
         quantity = _registry().Quantity(1.0, _registry().parse_units(_python_spelling(unit)))
         zero = _registry().Quantity(0.0, quantity.units).to_base_units()
         one = quantity.to_base_units()
-    except Exception:  # noqa: BLE001 - pint raises what its parser raises: whatever it cannot read is no unit
+    except Exception:  # noqa: BLE001 - pint passes on whatever its parser raises
         return None
     exponents = {_DIMENSIONS[name]: n for name, n in one.dimensionality.items() if name in _DIMENSIONS}
     if len(exponents) < len(one.dimensionality) or any(not float(n).is_integer() for n in exponents.values()):
@@ -110,12 +119,12 @@ min = 60 * s; h = 3600 * s; d = 86400 * s; rpm = rev / min; kmh = km / h; kph = 
 percent = 0.01; g_n = 9.80665 * m / s ** 2; l = 1e-3 * m ** 3; t = 1000 * kg; inch = 0.0254 * m; ft = 0.3048 * m
 lbf = 4.4482216152605 * N; hp = 745.6998715822702 * W; degC = K; offset: 273.15
 """
-"""The unit symbols of Modelica and of vehicle data sheets; pint's own list would read `Nm` as a yarn count."""
+"""The symbols of Modelica and of vehicle data sheets; in pint's own list `Nm` is a count of yarn."""
 
 
 @cache
 def _registry() -> Any:
-    import pint  # noqa: PLC0415 - a quarter of a second that only unknown unit strings cost
+    import pint  # noqa: PLC0415 - the import takes a quarter of a second, which only unknown units cost
 
     registry = cast(Any, pint.UnitRegistry)(None)
     registry.load_definitions([line.strip() for line in re.split(r"[\n;](?! offset)", _SYMBOLS) if line.strip()])
@@ -134,6 +143,6 @@ def _python_spelling(unit: str) -> str:
 
 
 def _tidy(factor: float) -> float:
-    """Pint's products of factors, rounded where only the last bits are off a short number."""
+    """A product of factors, rounded where it differs from a short number in its last bits only."""
     short = float(f"{factor:.14g}")
     return short if math.isclose(short, factor, rel_tol=4e-16) else factor

@@ -1,4 +1,4 @@
-"""What unit strings of other makers mean."""
+"""What the units of measurement of other makers mean."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import math
 
 import pytest
 
-from components.interfaces.unit_strings import UNITS, BaseUnit, base_unit
+from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, BaseUnit, base_unit
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", UNITS_OF_MEASUREMENT)
 def test_our_own_units_are_read_alike_by_pint(unit):
     """Twice the exponents of the unit times itself: a string that is not in our list and so goes through pint."""
     found = base_unit(f"({unit}).({unit})" if unit != "1" else "m/m")
     assert found is not None
-    assert {b: n for b, n in found.exponents.items() if n} == {b: 2 * n for b, n in UNITS[unit].items()}
+    exponents = UNITS_OF_MEASUREMENT[unit].base.exponents
+    assert {b: n for b, n in found.exponents.items() if n} == {b: 2 * n for b, n in exponents.items()}
     assert (found.factor, found.offset) == (1.0, 0.0)
 
 
