@@ -1,4 +1,4 @@
-"""The three sockets and their buses, against the table of the design."""
+"""The three sockets and their buses, signal by signal."""
 
 from __future__ import annotations
 
