@@ -14,7 +14,11 @@ A lane is free for a stretch of the road when no obstacle in it, going on at its
   of the return, and the own lane for the rest of the return; until then the ego keeps its lane and adapts its speed
   to the obstacle ahead;
 * a change that has begun is finished (RESOLUTIONS 22);
-* the return begins only where the own lane is free; until then the ego stays beside, behind the obstacle ahead there.
+* the return begins only where the own lane is free; until then the ego stays in the adjacent lane, behind the obstacle
+  ahead of it there.
+
+A change that is planned, and the return of one that has begun, need less room than a new one (hysteresis), so that the
+decision does not change back and forth with small changes of the traffic.
 
 The speed behind an obstacle leaves room to brake to its speed with `a_follow`, `l_before` behind it:
 ``v_d = sqrt(v_o^2 + 2 a_follow (gap - l_before))``, at most `v_ref`.
@@ -23,6 +27,7 @@ The speed behind an obstacle leaves room to brake to its speed with `a_follow`, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
 from components.interfaces.maths import absolute, both, cos, either, fmax, fmin, is_number, negate, sqrt, where
@@ -33,10 +38,11 @@ KEEP, OUT, BESIDE, BACK = range(4)
 """Phases: in the own lane, changing out, in the adjacent lane, changing back."""
 
 _FAR = 1e6
-_ANYWHERE = 1e12
-"""[m] Every place is nearer, but no number that is none."""
-_KEPT = 0.8
-"""Share of `l_clear` that is enough to keep to a change that is planned, or to end one that has begun."""
+"""[m] Further away than anything that a decision depends on."""
+_FARTHEST = 1e12
+"""[m] A position beyond this is not a number that the path can start from."""
+_HYSTERESIS = 0.8
+"""Share of `l_clear` that is enough to keep a change that is planned, or to return from one that has begun."""
 _SLOWEST_CLOSING = 0.1
 """[m/s] An obstacle that the ego gains on more slowly than this does not block it."""
 
@@ -74,20 +80,21 @@ class Lanes:
 
 
 def no_manoeuvre() -> Manoeuvre:
-    """Nothing planned yet."""
+    """The manoeuvre before the first sample: none is planned."""
     return Manoeuvre(phase=float(KEEP), planned=0.0, located=0.0, x_0=0.0, x_1=0.0, x_8=0.0, x_o=0.0, y_o=0.0, v_d=0.0)
 
 
 @dataclass(frozen=True)
 class Blockade:
-    """What blocks the own lane, and where that asks for the changes."""
+    """Whether the own lane is blocked, and where that asks for the changes."""
 
     blocked: bool
     x_1: float
     x_8: float
     stays: bool
-    """Whether something leaves no room for a return before `x_8`."""
+    """Whether there is no room for a return before `x_8`"""
     corner: tuple[float, float]
+    """Corner of the boundary of the obstacle that is passed first"""
 
 
 def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> Manoeuvre:
@@ -99,17 +106,12 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     soonest_return = fmax(ego.x, before.x_1 + lanes.l_change)
     ahead = _blockade(lanes, ego, obstacles, keep, soonest_return)
 
-    earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # a change that is due does not move on with the ego
+    earliest = where(pending, fmin(before.x_1, ego.x), ego.x)  # the start of a change that is due stays where it is
     x_out = fmax(ahead.x_1, earliest)
     x_11 = fmax(ahead.x_8, x_out + lanes.l_change) + lanes.l_change
-    third = lanes.l_change / 3  # of a change: so far it is beside nobody in the other lane
-    l_clear = where(pending, _KEPT * lanes.l_clear, lanes.l_clear)  # what is planned is not given up for a trifle
-    possible = both(
-        _is_free(lanes, ego, obstacles, lanes.y_adjacent, x_out + third, x_11 - third, l_clear),
-        _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - 2 * third, x_11, l_clear),
-    )
-    begins = both(both(keep, ahead.blocked), possible)
-    located = is_number(ego.x, limit=_ANYWHERE)
+    l_clear = where(pending, _HYSTERESIS * lanes.l_clear, lanes.l_clear)
+    begins = both(both(keep, ahead.blocked), _may_leave(lanes, ego, obstacles, x_out, x_11, l_clear))
+    located = is_number(ego.x, limit=_FARTHEST)
     x_0 = where(before.located, before.x_0, where(located, ego.x, 0.0))
     x_0 = where(both(begins, finished), ego.x, x_0)  # a new episode
     x_1 = where(begins, x_out, before.x_1)
@@ -117,14 +119,12 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     changed = where(ahead.stays, fmax(ahead.x_8, x_7), fmax(before.x_8, x_7))
     x_8 = where(before.phase < BACK, changed, before.x_8)
     here = fmax(x_8, ego.x)
-    may_return = _is_free(lanes, ego, obstacles, lanes.y_lane, here + third, here + 3 * third, _KEPT * lanes.l_clear)
+    may_return = _may_return(lanes, ego, obstacles, here)
     x_8 = where(both(before.phase == BESIDE, negate(may_return)), here, x_8)
     dropped = both(pending, negate(begins))  # what blocked the lane has gone before the change began
 
     phase = where(both(begins, ego.x >= x_1), float(OUT), before.phase)
-    phase = where(both(phase == OUT, ego.x >= x_7), float(BESIDE), phase)
-    phase = where(both(both(phase == BESIDE, ego.x >= x_8), may_return), float(BACK), phase)
-    phase = where(both(phase == BACK, ego.x >= x_8 + lanes.l_change), float(KEEP), phase)
+    phase = _advanced(phase, ego.x, x_7, x_8, x_8 + lanes.l_change, may_return)
     return Manoeuvre(
         phase=phase,
         planned=where(begins, 1.0, where(dropped, 0.0, before.planned)),
@@ -138,6 +138,37 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     )
 
 
+def _may_leave(  # noqa: PLR0913 - the lanes, who is in them, and the manoeuvre
+    lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, x_out: float, x_11: float, l_clear: float
+) -> bool:
+    """Whether both lanes are free for a change out that begins at `x_out` and a return that ends at `x_11`."""
+    third = lanes.l_change / 3  # in the first third of a change the ego has not reached the other lane
+    return both(
+        _is_free(lanes, ego, obstacles, lanes.y_adjacent, x_out + third, x_11 - third, l_clear),
+        _is_free(lanes, ego, obstacles, lanes.y_lane, x_11 - 2 * third, x_11, l_clear),
+    )
+
+
+def _may_return(lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, x: float) -> bool:
+    """Whether the own lane is free for a return that begins at `x`."""
+    third = lanes.l_change / 3
+    return _is_free(lanes, ego, obstacles, lanes.y_lane, x + third, x + 3 * third, _HYSTERESIS * lanes.l_clear)
+
+
+def _advanced(  # noqa: PLR0913 - where the phases end
+    phase: float,
+    x: float,
+    x_7: float,
+    x_8: float,
+    x_11: float,
+    may_return: bool,  # noqa: FBT001 - a condition of the equations
+) -> float:
+    """The phase at `x`, after a phase that may have ended by now."""
+    phase = where(both(phase == OUT, x >= x_7), float(BESIDE), phase)
+    phase = where(both(both(phase == BESIDE, x >= x_8), may_return), float(BACK), phase)
+    return where(both(phase == BACK, x >= x_11), float(KEEP), phase)
+
+
 def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
     return absolute(y_obstacle - y) < absolute(lanes.y_adjacent - lanes.y_lane) / 2
 
@@ -146,7 +177,7 @@ def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is there
     lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float, l_clear: float
 ) -> bool:
     """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
-    free: bool = lanes.v_ref > 0  # true, in the terms of the equations
+    free: bool = lanes.v_ref > 0  # true, but a symbol where the equations are symbolic
     for i in range(SLOTS):
         v = obstacles.v[i] * cos(obstacles.psi[i])
         first, last = (obstacles.x[i] + v * (x - ego.x) / lanes.v_ref - x for x in (x_from, x_to))
@@ -186,7 +217,7 @@ def _blockade(
     keep: bool,  # noqa: FBT001 - a condition of the equations
     soonest_return: float,
 ) -> Blockade:
-    """What blocks the own lane; once out of it, only what the return at `soonest_return` would run into counts."""
+    """What blocks the own lane; once the ego is out of it, only obstacles in the way of the return count."""
     half_lane = absolute(lanes.y_adjacent - lanes.y_lane) / 2
     side = where(lanes.y_adjacent < lanes.y_lane, -1.0, 1.0)
     reached: list[tuple[bool, float, float]] = []
@@ -212,9 +243,7 @@ def _blockade(
     first = where(nearer, x_task[0], first)
     corner_x, corner_y = where(nearer, lanes.x_task, corner_x), where(nearer, lanes.y_lane, corner_y)
 
-    blocked = reached[0][0]
-    for blocks, _, _ in reached[1:]:
-        blocked = either(blocked, blocks)
+    blocked = reduce(either, (blocks for blocks, _, _ in reached))
     soonest = where(keep, first, soonest_return)
     back = soonest
     for _ in range(SLOTS):  # each round passes at least one more of the obstacles that leave no room for a return

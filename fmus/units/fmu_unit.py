@@ -1,7 +1,7 @@
 """An FMU as a unit in this process: one foreign call per direction and type, on memory shared with the signal table.
 
 FMPy loads the library and brings the unit through its life; the calls of every macro step go to the library's
-functions directly, with integer addresses prepared once (several times faster than converting the arguments on each call).
+functions directly, with integer addresses prepared once (several times faster than converting them on each call).
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
