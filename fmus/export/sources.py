@@ -40,10 +40,11 @@ def compiled_files(version: Version) -> tuple[str, ...]:
 @cache
 def runtime_sources(version: Version) -> MappingProxyType[str, bytes]:
     """The runtime's C files and headers by name; the FMI headers come, with their licence, from FMPy's package data."""
+    from fmus.toolchain.fmpy_library import C_HEADERS  # noqa: PLC0415 - an FMU that is up to date does without FMPy
+
     own = files("fmus") / "runtime"
-    fmi = files("fmpy") / "c-code"
     found = {name: (own / name).read_bytes() for name in (*runtime_units(version), *_OWN_HEADERS)}
-    found |= {name: (fmi / name).read_bytes() for name in _FMI_HEADERS[version]}
+    found |= {name: (C_HEADERS / name).read_bytes() for name in _FMI_HEADERS[version]}
     return MappingProxyType(found)
 
 

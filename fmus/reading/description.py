@@ -13,17 +13,19 @@ import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import as_file, files
 from io import BytesIO
 from typing import Any, Final
 
-from fmpy import read_model_description, validation
-from fmpy.model_description import ModelDescription
 from lxml import etree
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from fmus.reading.unpack import parse_xml
+from fmus.toolchain.fmpy_library import (
+    ModelDescription,
+    description_schema,
+    read_model_description,
+    validate_model_description,
+)
 from fmus.toolchain.version import Version
 
 FILE: Final = "modelDescription.xml"
@@ -63,11 +65,11 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     raise_if_any(fatal[:_MOST])
     remarks += [f"{FILE}, line {line}: {text}" for line, text in broken[:_MOST]]
     model = _model(content, root, place)
-    breaches = validation.validate_model_description(model)
+    breaches = validate_model_description(model)
     refused = [text for text in breaches if not any(words in text for words in _ACCEPTED)]
     if not lenient:
         raise_if_any(_problem(place, None, text, version) for text in refused[:_MOST])
-    structure = validation.validate_model_description(model, validate_model_structure=True)
+    structure = validate_model_description(model, validate_model_structure=True)
     remarks += [f"{FILE}: {_tidy(text)}" for text in dict.fromkeys([*breaches, *structure])]
     return Description(root, model, version, tuple(remarks))
 
@@ -121,15 +123,9 @@ def _refuse_other_interfaces(root: Any, place: str) -> None:
 
 
 def _schema_breaches(root: Any, version: Version) -> Iterator[tuple[int, str]]:
-    schema = _schema(version)
+    schema = description_schema(version)
     if not schema.validate(root):
         yield from ((e.line, re.sub(r"\{[^}]*\}", "", e.message)) for e in schema.error_log)
-
-
-@cache
-def _schema(version: Version) -> etree.XMLSchema:
-    with as_file(files("fmpy") / "schema" / f"fmi{version}") as folder:
-        return etree.XMLSchema(etree.parse(str(folder / f"fmi{version}ModelDescription.xsd")))
 
 
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:

@@ -9,11 +9,10 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fmpy import freeLibrary
-
 from components.interfaces.problem import choices, refuse
 from fmus.reading.archive import Archive
 from fmus.reading.recompile import compile_library, has_sources
+from fmus.toolchain.fmpy_library import freeLibrary, required_functions
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 
@@ -87,8 +86,7 @@ def _opened(library: Path, where: str) -> ctypes.CDLL:
 
 
 def _refuse_incomplete(opened: ctypes.CDLL, kind: Any, version: Version, where: str) -> None:
-    prefix = f"fmi{version}"
-    missing = [n for n in dir(kind) if n.startswith(prefix) and n[4:5].isupper() and not hasattr(opened, n)]
+    missing = [name for name in required_functions(kind, version) if not hasattr(opened, name)]
     if missing:
         rest = f" and {len(missing) - _LISTED} more" if len(missing) > _LISTED else ""
         found = f"a library without {', '.join(missing[:_LISTED])}{rest}"

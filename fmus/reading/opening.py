@@ -11,7 +11,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from fmpy.model_description import ModelDescription
 
 from components.interfaces.problem import RequestError, refuse
 from components.interfaces.record import Variable
@@ -21,6 +20,7 @@ from fmus.reading.description import FILE, Description, read_description
 from fmus.reading.library import binary_remark
 from fmus.reading.ports import Port, aliases, ports, whole_name
 from fmus.reading.unpack import read
+from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 

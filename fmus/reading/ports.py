@@ -17,11 +17,11 @@ from math import prod
 from typing import Any, Final
 
 import numpy as np
-from fmpy.model_description import ModelDescription
 
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit
+from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 
 LARGEST_ARRAY: Final = 10_000_000

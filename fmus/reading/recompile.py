@@ -11,7 +11,6 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +20,7 @@ from components.interfaces.problem import refuse
 from fmus.reading.archive import Archive
 from fmus.reading.unpack import parse_xml
 from fmus.toolchain.compiler import required_compiler
+from fmus.toolchain.fmpy_library import C_HEADERS
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
 
@@ -105,11 +105,10 @@ def _compile(command: Sequence[str], sources: Sources, folder: Path, target: Pat
         raise refuse(where, f"{found}, which is not in its folder" if outside or missing else found, _VALID)
     driver = _driver(command, sources.files)
     complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
-    with as_file(files("fmpy") / "c-code") as headers:
-        arguments = [*driver, "-O2", "-w", "-fPIC", "-shared", "-I.", f"-I{headers}", *sources.options]
-        libraries = [f"-l{name}" for name in dict.fromkeys((*sources.libraries, "m"))]
-        arguments += [*sources.files, "-o", str(target), *complete, *libraries]
-        done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
+    arguments = [*driver, "-O2", "-w", "-fPIC", "-shared", "-I.", f"-I{C_HEADERS}", *sources.options]
+    libraries = [f"-l{name}" for name in dict.fromkeys((*sources.libraries, "m"))]
+    arguments += [*sources.files, "-o", str(target), *complete, *libraries]
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode != 0:
         said = "; ".join([line.strip() for line in done.stderr.splitlines() if "error" in line][:_LINES_SHOWN])
         found = f"no binary for {platform_tuple()}, and sources that do not compile ({said})"

@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.event_mode import EventError, EventMode
 from fmus.units.fmu_unit import Fmu3Unit
 from fmus.units.unit import Column, Operation, UnitError, views

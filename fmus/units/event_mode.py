@@ -13,9 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from fmpy.fmi3 import fmi3Float64, fmi3IntervalChanged, fmi3IntervalQualifier, fmi3ValueReference
-
 from fmus.clock import SET_BY_IMPORTER, Clock
+from fmus.toolchain.fmpy_library import (
+    fmi3Float64,
+    fmi3IntervalChanged,
+    fmi3IntervalQualifier,
+    fmi3ValueReference,
+)
 from fmus.units.unit import FMI_WARNING
 
 ITERATIONS: Final = 1000

@@ -14,11 +14,9 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-import fmpy
-from fmpy import fmi2
+from fmus.toolchain.fmpy_library import FMI2_LOGGING_LIBRARY, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 _receivers: dict[int, tuple[str, Callable[[int, bytes], None]]] = {}
 _keys = itertools.count(1)
@@ -39,8 +37,8 @@ def release(key: int) -> None:
 @cache
 def formatting_logger() -> Any:
     """The logger for FMI 2.0's callbacks."""
-    callbacks = fmi2.fmi2CallbackFunctions()
-    callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(_logged)
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(_logged)
     _kept.append(callbacks.logger)
     library = _own_library()
     if library is not None:
@@ -50,10 +48,9 @@ def formatting_logger() -> Any:
 
 def _own_library() -> ctypes.CDLL | None:
     """FMPy's library that formats messages, loaded for us alone; there is none for every platform."""
-    original = Path(fmpy.__file__).parent / "logging" / fmpy.platform / f"logging{fmpy.sharedLibraryExtension}"
     with tempfile.TemporaryDirectory(prefix="fmi2_logger_", ignore_cleanup_errors=True) as folder:
         try:
-            library = ctypes.CDLL(shutil.copy(original, folder))
+            library = ctypes.CDLL(shutil.copy(FMI2_LOGGING_LIBRARY, folder))
         except OSError:
             return None
     library.addLoggerProxy.argtypes, library.addLoggerProxy.restype = [ctypes.c_void_p], None

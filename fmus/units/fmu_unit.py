@@ -17,8 +17,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from fmpy import calloc, fmi2, fmi3, free
-from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.problem import refuse
@@ -27,6 +25,17 @@ from components.interfaces.record import Variable
 from fmus.reading.archive import VALID, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
+from fmus.toolchain.fmpy_library import (
+    FMICallException,
+    FMU2Slave,
+    FMU3Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi3Error,
+    free,
+)
 from fmus.toolchain.version import Version
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.unit import Column, Operation, Unit, UnitError, by_type
@@ -229,14 +238,14 @@ class Fmu2Unit(FmuUnit):
 
     @override
     def _kind(self) -> Any:
-        return fmi2.FMU2Slave
+        return FMU2Slave
 
     @override
     def _instantiate(self) -> None:
-        callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks = fmi2CallbackFunctions()
         callbacks.logger = formatting_logger()
-        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
-        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
         environment = register(self.name, self._log)
         self._resources.callback(release, environment)
         callbacks.componentEnvironment = environment
@@ -272,7 +281,7 @@ class Fmu3Unit(FmuUnit):
 
     @override
     def _kind(self) -> Any:
-        return fmi3.FMU3Slave
+        return FMU3Slave
 
     @override
     def _instantiate(self) -> None:
@@ -305,5 +314,5 @@ class Fmu3Unit(FmuUnit):
         status = self._do_step(self._component, t, h, 1, *self._results)
         if self._flags.raw != b"\0\0\0":
             self.messages.append(f"the FMU asked for an event, the end or an early return at {self._reached.value:g} s")
-            return max(int(status), fmi3.fmi3Error)
+            return max(int(status), fmi3Error)
         return status

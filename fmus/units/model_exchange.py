@@ -12,12 +12,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fmpy import fmi2, fmi3
-from fmpy.fmi1 import FMICallException
 from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from fmus.reading.archive import Archive
+from fmus.toolchain.fmpy_library import FMICallException, FMU2Model, FMU3Model
 from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.units.solver import Solver, SolverError
 from fmus.units.unit import Column, UnitError, carry_out
@@ -200,7 +199,7 @@ class Model2Unit(ModelExchangeUnit, Fmu2Unit):
 
     @override
     def _kind(self) -> Any:
-        return fmi2.FMU2Model
+        return FMU2Model
 
     @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
@@ -221,7 +220,7 @@ class Model3Unit(ModelExchangeUnit, Fmu3Unit):
 
     @override
     def _kind(self) -> Any:
-        return fmi3.FMU3Model
+        return FMU3Model
 
     @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:

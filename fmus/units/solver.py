@@ -13,24 +13,22 @@ from ctypes import byref, c_double, c_void_p
 from typing import Any, Final, Protocol
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.sundials import CVodeSolver
-from fmpy.sundials.cvode import CV_ROOT_RETURN, CVode
-from fmpy.sundials.libraries import sundials_core, sundials_cvode
-from fmpy.sundials.nvector_serial import NV_DATA_S, N_VDestroy_Serial
 from typing_extensions import override
+
+from fmus.toolchain.fmpy_library import FMICallException, sundials
 
 _ONE_STEP: Final = 2
 _DISCARD: Final = 2
 _AGAIN, _GIVE_UP = 1, -1
 """What CVODE is told of an evaluation that failed: try a smaller step, or stop"""
 
-_set_stop_time = sundials_cvode["CVodeSetStopTime"]
+_SUNDIALS: Final = sundials()
+_set_stop_time = _SUNDIALS.cvode["CVodeSetStopTime"]
 _set_stop_time.argtypes = [c_void_p, c_double]
-_clear_handlers = sundials_core["SUNContext_ClearErrHandlers"]
+_clear_handlers = _SUNDIALS.core["SUNContext_ClearErrHandlers"]
 _clear_handlers.argtypes = [c_void_p]
-_push_handler = sundials_core["SUNContext_PushErrHandler"]
-_free = {name: sundials_core[name] for name in ("SUNMatDestroy", "SUNLinSolFree", "SUNContext_Free")}
+_push_handler = _SUNDIALS.core["SUNContext_PushErrHandler"]
+_free = {name: _SUNDIALS.core[name] for name in ("SUNMatDestroy", "SUNLinSolFree", "SUNContext_Free")}
 for _function in _free.values():
     _function.argtypes = [c_void_p]
 
@@ -64,7 +62,7 @@ class SolverError(RuntimeError):
     """The integration cannot go on."""
 
 
-class Solver(CVodeSolver):
+class Solver(_SUNDIALS.CVodeSolver):
     """BDF of variable order and step; absolute tolerances are the relative one times the nominal values."""
 
     def __init__(self, model: Model, time: float, tolerance: float) -> None:
@@ -87,8 +85,8 @@ class Solver(CVodeSolver):
 
     @override
     def f(self, t: float, y: Any, ydot: Any, user_data: Any) -> int:
-        status = self._evaluated(lambda: CVodeSolver.f(self, t, y, ydot, user_data))
-        finite = np.isfinite(np.ctypeslib.as_array(NV_DATA_S(ydot), (self.nx,))).all()
+        status = self._evaluated(lambda: _SUNDIALS.CVodeSolver.f(self, t, y, ydot, user_data))
+        finite = np.isfinite(np.ctypeslib.as_array(_SUNDIALS.NV_DATA_S(ydot), (self.nx,))).all()
         return status or (0 if finite else _AGAIN)
 
     @override
@@ -96,7 +94,7 @@ class Solver(CVodeSolver):
         def evaluate() -> None:
             self.set_time(t)
             if not self.discrete:
-                self.set_x(NV_DATA_S(y), self.nx)
+                self.set_x(_SUNDIALS.NV_DATA_S(y), self.nx)
             self.get_z(gout, self.nz)
 
         return self._evaluated(evaluate)
@@ -118,7 +116,7 @@ class Solver(CVodeSolver):
         self._failure, self.error_info = None, None
         reached = c_double()
         _set_stop_time(self.cvode_mem, target)
-        flag = CVode(self.cvode_mem, target, self.x, byref(reached), _ONE_STEP)
+        flag = _SUNDIALS.CVode(self.cvode_mem, target, self.x, byref(reached), _ONE_STEP)
         if flag < 0:
             said = self.error_info[3] if self.error_info else f"status {flag}"
             if self._failure is not None:
@@ -127,7 +125,7 @@ class Solver(CVodeSolver):
         self.set_time(reached.value)
         if not self.discrete:
             self.set_x(self.px, self.nx)
-        return reached.value, flag == CV_ROOT_RETURN
+        return reached.value, flag == _SUNDIALS.CV_ROOT_RETURN
 
     def close(self) -> None:
         """Free all memory; nothing may be called afterwards."""
@@ -138,7 +136,7 @@ class Solver(CVodeSolver):
         _free["SUNLinSolFree"](self.LS)
         _free["SUNMatDestroy"](self.A)
         for vector in (self.x, self.abstol):
-            N_VDestroy_Serial(vector)
+            _SUNDIALS.N_VDestroy_Serial(vector)
         _free["SUNContext_Free"](ctypes.addressof(self.sunctx))
 
     @override

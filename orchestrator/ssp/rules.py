@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any, Final, TypeAlias
 
 from components.interfaces.problem import choices
-from fmus.toolchain.ssp_schemas import schema
+from fmus.toolchain.fmpy_library import ssp_schema
 
 Node: TypeAlias = Any
 """An element of lxml, whose own type is private"""
@@ -104,7 +104,7 @@ def breaches(root: Node, kind: str, version: str) -> Iterator[tuple[int, str]]:
         yield from _breaches(root)
         return
     # a document inside another is measured as one of its own, with its lines in the other
-    judge = schema(next(name for known, name in _ROOTS.values() if known == kind))
+    judge = ssp_schema(next(name for known, name in _ROOTS.values() if known == kind))
     if not judge.validate(root):
         for entry in judge.error_log:
             yield entry.line, re.sub(r"\{[^}]*\}", "", entry.message).rstrip(".")
