@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from fmus.reading.description import FILE
+from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 
-VALID: Final = f"an FMU: a zip archive with {FILE}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
+VALID: Final = f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
-"""Model descriptions: read once, and measured by the rules of FMI before anything of them is believed.
+"""Model descriptions: read once, and checked against the rules of FMI before anything in them is used.
 
-Some rules cannot be done without (a reference to a variable that is not there means nothing): what breaks one is
-refused. The others, the schema among them, are as strict, unless the reader is lenient: then what breaks one is read
-all the same, and said. What most tools accept without a word, a model structure that is not complete, is only said.
+A description that breaks a rule without which it has no meaning (a reference to a variable that does not exist) is
+always refused. One that breaks another rule, the schema among them, is refused too, unless the reader is lenient: then
+it is read all the same, and the breach becomes a remark. Breaches that most tools accept without a message, such as an
+incomplete model structure, are remarks in both cases.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
@@ -10,97 +11,98 @@ all the same, and said. What most tools accept without a word, a model structure
 from __future__ import annotations
 
 import re
-import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import Any, Final
 
 from lxml import etree
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from fmus.reading.unpack import parse_xml
+from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.fmpy_library import (
     ModelDescription,
+    ModelDescriptionError,
+    as_phrase,
+    description_breaches,
     description_schema,
-    read_model_description,
-    validate_model_description,
+    read_model,
 )
 from fmus.toolchain.version import Version
 
-FILE: Final = "modelDescription.xml"
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
-_ACCEPTED: Final = ("must have variability",)
-"""Rules that common exporters break (integers without a variability, by pythonfmu) and most tools let them"""
 _MOST: Final = 20
-"""Problems of one kind that are listed; a file with more of them is no better known by a longer list."""
+"""How many problems of one kind are listed; a longer list would not tell more about the file."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """A model description that has been understood."""
+    """A model description that can be used."""
 
     root: Any
     """The root element"""
     model: ModelDescription
     version: Version
     remarks: tuple[str, ...]
-    """Rules that it breaks and that do not keep it from running"""
+    """The rules that it breaks although it can be run"""
 
 
 def read_description(content: bytes, where: str, *, lenient: bool) -> Description:
-    """Read and check a model description; `where` is the FMU. Raises `RequestError` with all that is wrong."""
-    place = f"{where}, {FILE}"
+    """Read and check a model description.
+
+    Args:
+        content: The file.
+        where: The FMU, as messages name it.
+        lenient: Whether breaches of rules without which the FMU can be run become remarks.
+
+    Raises:
+        RequestError: The description cannot be used; the error has all problems that were found.
+    """
+    place = f"{where}, {MODEL_DESCRIPTION}"
     root = parse_xml(content, place, "well-formed XML without a document type declaration")
-    version, told = _version(root, place, lenient=lenient)
-    remarks = [told] if told else []
+    version, remark = _version(root, place, lenient=lenient)
+    remarks = [remark] if remark else []
     _refuse_other_interfaces(root, place)
-    broken = list(_schema_breaches(root, version))
-    fatal = [_fatal(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)]
-    fatal += [
-        _fatal(place, line, text, "what the file declares") for line, text in dict.fromkeys(_dangling(root, version))
+    by_schema = list(_schema_breaches(root, version))
+    problems = [
+        *(_meaningless(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)),
+        *(_meaningless(place, *breach, "what the file declares") for breach in dict.fromkeys(_dangling(root, version))),
     ]
     if not lenient:
-        fatal = [*(_problem(place, line, text, version) for line, text in broken[:_MOST]), *fatal]
-    raise_if_any(fatal[:_MOST])
-    remarks += [f"{FILE}, line {line}: {text}" for line, text in broken[:_MOST]]
-    model = _model(content, root, place)
-    breaches = validate_model_description(model)
-    refused = [text for text in breaches if not any(words in text for words in _ACCEPTED)]
+        problems = [*(_problem(place, line, as_phrase(text), version) for line, text in by_schema[:_MOST]), *problems]
+    raise_if_any(problems[:_MOST])
+    remarks += [f"{MODEL_DESCRIPTION}, line {line}: {text}" for line, text in by_schema[:_MOST]]
+    model = _model(content, version, place)
+    breaches = description_breaches(model, with_structure=False)
     if not lenient:
-        raise_if_any(_problem(place, None, text, version) for text in refused[:_MOST])
-    structure = validate_model_description(model, validate_model_structure=True)
-    remarks += [f"{FILE}: {_tidy(text)}" for text in dict.fromkeys([*breaches, *structure])]
+        # pythonfmu, among others, writes integers without a variability, and most tools accept them
+        refused = [breach for breach in breaches if not breach.concerns_variability]
+        raise_if_any(_problem(place, breach.line, breach.found, version) for breach in refused[:_MOST])
+    breaches += description_breaches(model, with_structure=True)
+    remarks += [f"{MODEL_DESCRIPTION}: {breach.report}" for breach in dict.fromkeys(breaches)]
     return Description(root, model, version, tuple(remarks))
 
 
-def _fatal(place: str, line: int, found: str, valid: str) -> Problem:
-    """What nobody can make sense of."""
+def _meaningless(place: str, line: int, found: str, valid: str) -> Problem:
+    """A rule that is broken, without which the description has no meaning."""
     return Problem(f"{place}, line {line}", found, valid)
 
 
-def _problem(place: str, line: int | None, text: str, version: Version) -> Problem:
-    """A rule that is broken, and can be overlooked."""
-    found, line_in_text = _located(text)
-    line = line or line_in_text
+def _problem(place: str, line: int | None, found: str, version: Version) -> Problem:
+    """A rule that is broken, which a lenient reader overlooks."""
     at = f"{place}, line {line}" if line else place
     return Problem(at, found, f"what FMI {version}.0 allows", _REMEDY)
 
 
-def _located(text: str) -> tuple[str, int | None]:
-    """A message of FMPy without its line, and the line."""
-    match = re.search(r" \(line (\d+)\)", text)
-    if match is None:
-        return _tidy(text), None
-    return _tidy(text[: match.start()] + text[match.end() :]), int(match[1])
-
-
-def _tidy(text: str) -> str:
-    return " ".join(text.split()).rstrip(".").replace('"', "`")
+def _model(content: bytes, version: Version, place: str) -> ModelDescription:
+    try:
+        return read_model(content, version)
+    except ModelDescriptionError as error:
+        raise refuse(place, f"a description that cannot be understood ({error})", "what FMI allows") from error
 
 
 def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | None]:
-    """The version of FMI that the description names, and what is to be said of it."""
+    """The version of FMI that the description is read as, and a remark if it names another one."""
     named = root.get("fmiVersion")
     if root.tag != "fmiModelDescription" or named is None:
         valid = "`fmiModelDescription` with `fmiVersion`"
@@ -109,8 +111,8 @@ def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | No
         return Version(int(named[0])), None
     if named[:2] in {"2.", "3."}:
         text = f"FMI version {named}, read as {named[0]}.0"
-        if named[0] == "3" or lenient:  # later versions 3.x promise that an importer of 3.0 can read them
-            return Version(int(named[0])), f"{FILE}: {text}"
+        if named[0] == "3" or lenient:  # FMI promises that an importer of 3.0 can read later versions 3.x
+            return Version(int(named[0])), f"{MODEL_DESCRIPTION}: {text}"
         raise refuse(place, f"FMI version {named}", "2.0 or 3.0", _REMEDY)
     raise refuse(place, f"FMI version {named}", "2.0 or 3.0", "Export it again as FMI 2.0 or 3.0.")
 
@@ -129,7 +131,7 @@ def _schema_breaches(root: Any, version: Version) -> Iterator[tuple[int, str]]:
 
 
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
-    """Variables that cannot be told apart, with their lines."""
+    """Variables without a name or reference, or with a name that another one has, with their lines."""
     seen: set[str] = set()
     for element in root.iterfind("ModelVariables/*"):
         for attribute in ("name", "valueReference"):
@@ -143,7 +145,7 @@ def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
 
 
 def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
-    """What refers to something that is not there, with its line."""
+    """References to variables and types that are not there, with their lines."""
     variables = list(root.iterfind("ModelVariables/*"))
     if version == Version.FMI2:
         known = {str(i + 1) for i in range(len(variables))}
@@ -180,21 +182,3 @@ def _fmi3_references(root: Any) -> Iterator[tuple[Any, str, Sequence[str]]]:
             yield element, attribute, element.get(attribute, "").split()
         for dimension in element.iterfind("Dimension[@valueReference]"):
             yield dimension, "valueReference", [dimension.get("valueReference")]
-
-
-_LIST: Final = re.compile(rb"\b(dependencies|dependenciesKind|clocks)(\s*=\s*)(\"[^\"]*\"|'[^']*')")
-
-
-def _model(content: bytes, root: Any, place: str) -> ModelDescription:
-    """What FMPy makes of the description, whose rules are checked elsewhere."""
-    content = _LIST.sub(lambda m: m[1] + m[2] + m[3][:1] + b" ".join(m[3][1:-1].split()) + m[3][:1], content)
-    if root.get("fmiVersion")[:2] == "2.":
-        content = re.sub(rb"(fmiVersion\s*=\s*[\"'])2\.0[^\"']*", rb"\g<1>2.0", content, count=1)
-    packed = BytesIO()  # an archive of its own, so that FMPy parses nothing that has not been looked at
-    with zipfile.ZipFile(packed, "w") as archive:
-        archive.writestr(FILE, content)
-    try:
-        return read_model_description(packed, validate=False)
-    except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
-        said = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
-        raise refuse(place, f"a description that cannot be understood ({_tidy(said)})", "what FMI allows") from error

@@ -16,10 +16,11 @@ from components.interfaces.problem import RequestError, refuse
 from components.interfaces.record import Variable
 from fmus.clock import clocks
 from fmus.reading.archive import VALID, Archive
-from fmus.reading.description import FILE, Description, read_description
+from fmus.reading.description import Description, read_description
 from fmus.reading.library import binary_remark
 from fmus.reading.ports import Port, aliases, ports, whole_name
 from fmus.reading.unpack import read
+from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
@@ -32,10 +33,10 @@ def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, le
     reader overlooks broken rules that do not keep the FMU from running; they become remarks.
     """
     where = str(path)
-    known, contents = read(path, {FILE}, where, VALID)
-    if FILE not in contents:
-        raise refuse(where, f"an archive without {FILE}", VALID)
-    read_one = read_description(contents[FILE], where, lenient=lenient)
+    known, contents = read(path, {MODEL_DESCRIPTION}, where, VALID)
+    if MODEL_DESCRIPTION not in contents:
+        raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID)
+    read_one = read_description(contents[MODEL_DESCRIPTION], where, lenient=lenient)
     found = _ports(read_one, values, where)
     archive = Archive(
         path,
@@ -62,7 +63,7 @@ def _ports(description: Description, values: Mapping[str, Any], where: str) -> l
         raise
     except (ValueError, LookupError, TypeError, AttributeError) as error:  # only what the schema refuses gets here
         found = f"a variable that cannot be understood ({error})"
-        raise refuse(f"{where}, {FILE}", found, "what FMI allows") from error
+        raise refuse(f"{where}, {MODEL_DESCRIPTION}", found, "what FMI allows") from error
 
 
 def _interface(read_one: Description, found: list[Port]) -> Interface:

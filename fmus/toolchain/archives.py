@@ -1,4 +1,4 @@
-"""Writing FMUs and SSPs: ZIP archives whose bytes depend on their content only."""
+"""FMUs and SSPs as ZIP archives: where files stand in an FMU, and archives whose bytes depend on their content only."""
 
 from __future__ import annotations
 
@@ -6,21 +6,31 @@ import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 from components.interfaces.problem import RequestError, refuse
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The earliest time a ZIP archive knows."""
+MODEL_DESCRIPTION: Final = "modelDescription.xml"
+BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
+"""Which sources an FMI 3.0 FMU is compiled from, and how."""
 
-_FILE_MODE = 0o100644
-_BINARY_MODE = 0o100755
-_UNIX = 3
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
+"""The earliest time a ZIP archive can hold."""
+_FILE_MODE: Final = 0o100644
+_BINARY_MODE: Final = 0o100755
+_UNIX: Final = 3
+"""The code of the operating system whose file modes an entry has."""
 
 
 def write_archive(path: Path, content: Mapping[str, bytes]) -> None:
-    """Write the archive under its final name when it is complete, never before.
+    """Write an archive, which has its name only when it is complete.
 
-    Raises `RequestError` when the folder cannot be written to.
+    Args:
+        path: The file to be written.
+        content: The content of each file by its path in the archive.
+
+    Raises:
+        RequestError: The folder cannot be written to.
     """
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
@@ -37,7 +47,11 @@ def write_archive(path: Path, content: Mapping[str, bytes]) -> None:
 
 
 def writable_folder(folder: Path) -> None:
-    """Make a folder, and make sure that it can be written to; raises `RequestError` otherwise."""
+    """Make a folder and check that it can be written to.
+
+    Raises:
+        RequestError: The folder cannot be made, or not be written to.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -8,21 +8,27 @@ Some of what is used is no part of FMPy's public interface and has to be compare
 
 * the package data in `c-code`, `schema`, `ssp/schema` and `logging`, by the names of folders and files;
 * of an object of an FMU class: `dll`, the loaded library, whose functions are called directly in every step, and
-  `component`, the pointer to the instance; FMI 3.0's classes take no path of the library (`required_functions` and
-  `fmus.reading.library` say why that matters);
-* the names of the methods of these classes, which tell the functions that FMPy expects of a library;
-* FMPy's library that formats the log messages of FMI 2.0, with its function `addLoggerProxy`;
-* the attributes of its solver that `Sundials` lists.
+  `component`, the pointer to the instance;
+* the names of the methods of these classes, which tell the functions that FMPy expects of a library
+  (`required_functions`);
+* FMPy's library that formats the log messages of FMI 2.0, with its function `addLoggerProxy`
+  (`FMI2_LOGGING_LIBRARY`);
+* the attributes of its solver (`Sundials`);
+* the wording of its reports on model descriptions, which name the line of the file in their text only
+  (`description_breaches`).
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
 
 from __future__ import annotations
 
+import re
+import zipfile
 from collections.abc import Callable
 from ctypes import CDLL
 from dataclasses import dataclass
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -50,6 +56,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_model_description
 from lxml import etree
 
+from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.version import Version
 
 if TYPE_CHECKING:
@@ -59,14 +66,18 @@ __all__ = [
     "C_HEADERS",
     "FMI2_LOGGING_LIBRARY",
     "SSP_SCHEMAS",
+    "DescriptionBreach",
     "FMICallException",
     "FMU2Model",
     "FMU2Slave",
     "FMU3Model",
     "FMU3Slave",
     "ModelDescription",
+    "ModelDescriptionError",
     "Sundials",
+    "as_phrase",
     "calloc",
+    "description_breaches",
     "description_schema",
     "fmi2CallbackAllocateMemoryTYPE",
     "fmi2CallbackFreeMemoryTYPE",
@@ -79,11 +90,10 @@ __all__ = [
     "fmi3ValueReference",
     "free",
     "freeLibrary",
-    "read_model_description",
+    "read_model",
     "required_functions",
     "ssp_schema",
     "sundials",
-    "validate_model_description",
 ]
 
 _PACKAGE: Final = Path(fmpy.__file__).parent
@@ -108,6 +118,78 @@ def description_schema(version: Version) -> etree.XMLSchema:
 def ssp_schema(name: str) -> etree.XMLSchema:
     """A schema of SSP 1.0, by the name of its file (`SystemStructureDescription.xsd`)."""
     return etree.XMLSchema(file=str(SSP_SCHEMAS / name))
+
+
+class ModelDescriptionError(ValueError):
+    """FMPy cannot read a model description; the message, one line, says why."""
+
+
+_LIST: Final = re.compile(rb"\b(dependencies|dependenciesKind|clocks)(\s*=\s*)(\"[^\"]*\"|'[^']*')")
+
+
+def read_model(content: bytes, version: Version) -> ModelDescription:
+    """FMPy's objects for a model description, whose rules it does not check here.
+
+    Lists are given to FMPy with single blanks between their items, and later versions 2.x as 2.0, because it reads
+    neither otherwise.
+
+    Args:
+        content: A modelDescription.xml that is well-formed.
+        version: The version of FMI that it is read as.
+
+    Raises:
+        ModelDescriptionError: The description has values that FMPy does not expect.
+    """
+    content = _LIST.sub(lambda m: m[1] + m[2] + m[3][:1] + b" ".join(m[3][1:-1].split()) + m[3][:1], content)
+    if version == Version.FMI2:
+        content = re.sub(rb"(fmiVersion\s*=\s*[\"'])2\.0[^\"']*", rb"\g<1>2.0", content, count=1)
+    packed = BytesIO()  # an archive of its own, so that FMPy reads no other file of the FMU, which nobody has checked
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr(MODEL_DESCRIPTION, content)
+    try:
+        return read_model_description(packed, validate=False)
+    except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
+        reason = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
+        raise ModelDescriptionError(as_phrase(reason)) from error
+
+
+@dataclass(frozen=True)
+class DescriptionBreach:
+    """A rule of FMI that a model description breaks."""
+
+    report: str
+    """FMPy's report in one line"""
+    found: str
+    """The report without the line of the file"""
+    line: int | None
+    """The line of modelDescription.xml, where FMPy names one"""
+    concerns_variability: bool
+    """Whether the breach is a variability that the variable's type does not allow"""
+
+
+def description_breaches(model: ModelDescription, *, with_structure: bool) -> list[DescriptionBreach]:
+    """The rules of FMI that FMPy finds broken.
+
+    Args:
+        model: The description, as `read_model` gives it.
+        with_structure: Whether the model structure has to be complete.
+    """
+    return [_breach(text) for text in validate_model_description(model, validate_model_structure=with_structure)]
+
+
+def _breach(text: str) -> DescriptionBreach:
+    match = re.search(r" \(line (\d+)\)", text)
+    return DescriptionBreach(
+        report=as_phrase(text),
+        found=as_phrase(text if match is None else text[: match.start()] + text[match.end() :]),
+        line=None if match is None else int(match[1]),
+        concerns_variability="must have variability" in text,
+    )
+
+
+def as_phrase(text: str) -> str:
+    """A message of FMPy or of libxml2 as a part of one of ours: in one line, without full stop and quotation marks."""
+    return " ".join(text.split()).rstrip(".").replace('"', "`")
 
 
 def required_functions(fmu_class: type, version: Version) -> list[str]:
