@@ -1,4 +1,4 @@
-"""Lowering: a block's equations as CasADi functions of flat columns, the one source of units and of C."""
+"""Lowering: a block's equations as CasADi functions of flat columns, which both running units and C are made from."""
 # pyright: basic
 # CasADi carries no types; everything that leaves this file is annotated.
 
@@ -17,14 +17,14 @@ from components.interfaces.staging import column_of, symbols
 
 
 @dataclass(frozen=True)
-class Lowered:
+class LoweredBlock:
     """A block as functions of columns: parameters `p`, state `x`, inputs `u`, outputs `y`, step `h`."""
 
     block: type[Block[Any, Any, Any]]
     start: ca.Function
     """`start(p) -> x`"""
     output: ca.Function
-    """`output(x, u, p) -> y`; what a sampled block would show if it sampled now"""
+    """`output(x, u, p) -> y`; for a sampled block, the outputs that it would have if it sampled now"""
     step: ca.Function
     """`step(x, u, p, h) -> x`, or for a sampled block `step(x, u, p, h) -> (x, y)`"""
     sampled: bool
@@ -33,16 +33,19 @@ class Lowered:
 
 
 @cache
-def lower(kind: type[Block[Any, Any, Any]]) -> Lowered:
-    """The functions of a block, derived once from its equations; feedthrough is read off them, not declared."""
-    dims = kind.dimensions()
-    graph: Any = ca.MX if kind.staged else ca.SX
-    p, parameters = symbols(kind, dims, graph, "p")
-    x, state = symbols(kind.state_type, dims, graph, "x")
-    u, inputs = symbols(kind.input_type, dims, graph, "u")
+def lower(block: type[Block[Any, Any, Any]]) -> LoweredBlock:
+    """The functions of a block, derived once from its equations.
+
+    An output depends on the inputs that its expression contains; that of a sampled block is taken to depend on all.
+    """
+    dims = block.dimensions()
+    graph: Any = ca.MX if block.staged else ca.SX
+    p, parameters = symbols(block, dims, graph, "p")
+    x, state = symbols(block.state_type, dims, graph, "x")
+    u, inputs = symbols(block.input_type, dims, graph, "u")
     h = graph.sym("h")
 
-    sampled = issubclass(kind, Sampled)
+    sampled = issubclass(block, Sampled)
     if sampled:
         next_state, outputs = parameters.sample(state, inputs)
         results = [column_of(next_state), column_of(outputs)]
@@ -51,21 +54,29 @@ def lower(kind: type[Block[Any, Any, Any]]) -> Lowered:
         results = [column_of(parameters.step(state, inputs, h))]
     y = column_of(outputs)
     output = ca.Function("output", [x, u, p], [y], ["x", "u", "p"], ["y"])
-    return Lowered(
-        block=kind,
+    all_depend = np.ones((output.size1_out(0), output.size1_in(1)), dtype=bool)
+    return LoweredBlock(
+        block=block,
         start=ca.Function("start", [p], [column_of(parameters.start())], ["p"], ["x"]),
         output=output,
         step=ca.Function("step", [x, u, p, h], results, ["x", "u", "p", "h"], ["x_next", "y"][: len(results)]),
         sampled=sampled,
-        feedthrough=_feedthrough(output, sampled),
+        feedthrough=all_depend if sampled else sparsity(output, 0, 1),
     )
 
 
-def _feedthrough(output: ca.Function, sampled: bool) -> NDArray[np.bool_]:  # noqa: FBT001
-    shape = (output.size1_out(0), output.size1_in(1))
-    if sampled:
-        return np.ones(shape, dtype=bool)
-    pattern = np.zeros(shape, dtype=bool)
-    rows, columns = output.jac_sparsity(0, 1).get_triplet()
+def sparsity(function: ca.Function, result: int, argument: int) -> NDArray[np.bool_]:
+    """The elements of a function's result that depend on each element of an argument.
+
+    Args:
+        function: The function.
+        result: The index of the result, a column of `m` elements.
+        argument: The index of the argument, a column of `n` elements.
+
+    Returns:
+        An array of shape `(m, n)`.
+    """
+    pattern = np.zeros((function.size1_out(result), function.size1_in(argument)), dtype=bool)
+    rows, columns = function.jac_sparsity(result, argument).get_triplet()
     pattern[rows, columns] = True
     return pattern

@@ -1,4 +1,4 @@
-"""Building FMUs: each block's C is generated and compiled once, for both versions of FMI, and only when it changed."""
+"""Building FMUs: a block's C is generated and compiled once for both versions of FMI, and only when it has changed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from fmus.export.compilation import Workshop
+from fmus.export.compilation import Compilation
 from fmus.export.fingerprint import Stamp, stamp
 from fmus.toolchain.archives import writable_folder
 from fmus.toolchain.compiler import BuildError, Compiler, find_compiler, required_compiler
@@ -26,7 +26,7 @@ __all__ = ["BuildError", "Built", "build", "build_all"]
 
 @dataclass(frozen=True)
 class Built:
-    """An FMU that is there now, and whether it had to be built."""
+    """An FMU that is up to date, and whether it had to be built."""
 
     path: Path
     rebuilt: bool
@@ -44,8 +44,15 @@ class _Job:
 def build(block: type[Block[Any, Any, Any]], version: Version, start: Mapping[str, Any], folder: Path) -> Built:
     """Build `folder/fmi2/NAME.fmu` or `folder/fmi3/NAME.fmu`, unless it is there and up to date.
 
-    `start` gives every parameter its start value. Raises `RequestError` for wrong start values, a folder that
-    cannot be written to, or a missing compiler, and `BuildError` when the compiler fails.
+    Args:
+        block: The block.
+        version: The version of FMI.
+        start: The start value of every parameter, by its name.
+        folder: The folder of all FMUs.
+
+    Raises:
+        RequestError: A start value is wrong, the folder cannot be written to, or there is no compiler.
+        BuildError: The compiler fails.
     """
     return build_all([(block, version, start)], folder, lambda _: None)[0]
 
@@ -55,16 +62,29 @@ def build_all(
     folder: Path,
     progress: Callable[[str], None],
 ) -> list[Built]:
-    """Build several FMUs on all cores, as `build` does; `progress` hears of each that had to be built."""
+    """Build several FMUs on all cores.
+
+    Args:
+        requests: Block, version of FMI and start values of each FMU, as `build` takes them.
+        folder: The folder of all FMUs.
+        progress: Is told of each FMU that had to be built.
+
+    Returns:
+        The FMUs in the order of the requests.
+
+    Raises:
+        RequestError: As `build` raises it, with the problems of all requests.
+        BuildError: The compiler fails.
+    """
     raise_if_any(problem for block, _, start in requests for problem in request_problems(block, start))
-    found = find_compiler()
-    jobs = [_job(block, version, start, folder, found) for block, version, start in requests]
+    available = find_compiler()
+    jobs = [_job(block, version, start, folder, available) for block, version, start in requests]
     by_path = {job.path: job for job in jobs}
     raise_if_any(_conflict(job) for job in jobs if not np.array_equal(job.start, by_path[job.path].start))
     stale = [
         job
         for job in by_path.values()
-        if job.stamp is None or not job.stamp.fits(job.path, with_compiler=found is not None)
+        if job.stamp is None or not job.stamp.fits(job.path, with_compiler=available is not None)
     ]
     if stale:
         compiler = required_compiler()
@@ -83,7 +103,7 @@ def _conflict(job: _Job) -> Problem:
 
 
 def request_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
-    """What keeps a block with these start values from becoming an FMU."""
+    """The reasons why a block with these start values cannot become an FMU."""
     if block.native:
         return start_problems(block, start)
     found = "equations that call a library, which do not become C"
@@ -93,18 +113,18 @@ def request_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]
 def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
     """What is wrong with the start values given for a block's parameters."""
     declared = {v.name: v.quantity for v in block.parameters()}
-    found = [
+    problems = [
         Problem(f"{block.name}.{name}", "no value", q.range, "Parameters have no default: give it a start value.")
         for name, q in declared.items()
         if name not in start
     ]
     for name, value in start.items():
         if name in declared:
-            found += declared[name].problems(f"{block.name}.{name}", value)
+            problems += declared[name].problems(f"{block.name}.{name}", value)
         else:
             remedy = did_you_mean(name, declared)
-            found.append(Problem(f"{block.name}.{name}", "an unknown parameter", choices(declared), remedy))
-    return found
+            problems.append(Problem(f"{block.name}.{name}", "an unknown parameter", choices(declared), remedy))
+    return problems
 
 
 def _job(
@@ -121,19 +141,20 @@ def _job(
 
 
 def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Callable[[str], None]) -> None:
-    """Generate in this thread, which CasADi needs for itself, while others compile what is there already."""
+    """Generate C in this thread, because CasADi is not thread-safe, while other threads compile what is generated."""
     alike: dict[tuple[Any, bytes], list[_Job]] = {}
     for job in sorted(jobs, key=lambda job: not job.block.staged):  # the long compilations first
         alike.setdefault((job.block, job.start.tobytes()), []).append(job)
     pool = ThreadPoolExecutor(os.cpu_count())
     with TemporaryDirectory(prefix="macrostep_") as temporary:
         try:
-            workshop = Workshop(Path(temporary), compiler, pool, {job.version for job in jobs})
-            parts = [(workshop.start(group[0].block, group[0].start), group) for group in alike.values()]
-            # all compilations are under way now, so that those who wait for them cannot block them; longest wait last
+            compilation = Compilation(Path(temporary), compiler, pool, {job.version for job in jobs})
+            blocks = [(compilation.compile_block(group[0].block, group[0].start), group) for group in alike.values()]
+            # All compilations are queued before the tasks that wait for them, which could fill the pool otherwise; what
+            # takes longest is waited for last.
             written = [
-                (job, workshop.finish(part, job.version, job.path, job.stamp))
-                for part, group in reversed(parts)
+                (job, compilation.write_fmu(block, job.version, job.path, job.stamp))
+                for block, group in reversed(blocks)
                 for job in group
             ]
             for job, done in written:

@@ -1,4 +1,4 @@
-"""Where C files become FMUs: several compilers at work at once, each file compiled once."""
+"""C files become FMUs: several compilers run at once, and each file is compiled once for all FMUs that contain it."""
 
 from __future__ import annotations
 
@@ -10,24 +10,31 @@ from typing import Any
 
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
+from fmus.export.c_sources import runtime_files, runtime_sources
 from fmus.export.content import Generated, content, generate
 from fmus.export.fingerprint import STAMP_PATH, Stamp
-from fmus.export.sources import runtime_sources, runtime_units
 from fmus.toolchain.archives import write_archive
 from fmus.toolchain.compiler import Compiler
 from fmus.toolchain.version import Version
 
 
 @dataclass(frozen=True)
-class Part:
-    """A block's generated C, and its object files as they come."""
+class CompiledBlock:
+    """A block's generated C, and its object files, whose compilation may still be under way."""
 
     generated: Generated
     objects: tuple[Future[Path], ...]
 
 
-class Workshop:
-    """A folder of C files and object files; the runtime is compiled once for all blocks."""
+class Compilation:
+    """The compilation of several FMUs; the runtime is compiled once for all of them.
+
+    Args:
+        folder: An empty folder for C files and object files.
+        compiler: The C compiler.
+        pool: The threads that call it.
+        versions: The versions of FMI that are built.
+    """
 
     def __init__(self, folder: Path, compiler: Compiler, pool: Executor, versions: Iterable[Version]) -> None:
         self._folder = folder
@@ -35,35 +42,47 @@ class Workshop:
         self._pool = pool
         self._runtime = folder / "runtime"
         self._runtime_objects: dict[str, Future[Path]] = {}
-        self._n_parts = 0
+        self._n_blocks = 0
         for version in versions:
             _write(self._runtime, runtime_sources(version))
-            for name in runtime_units(version):
+            for name in runtime_files(version):
                 if name not in self._runtime_objects:
                     self._runtime_objects[name] = self._compile(self._runtime / name)
 
-    def start(self, block: type[Block[Any, Any, Any]], start: Array) -> Part:
-        """Generate the C of a block, in this thread, and have it compiled in others."""
-        generated = generate(block, start)
-        folder = self._folder / f"{self._n_parts}_{block.name}"
-        self._n_parts += 1
-        _write(folder, generated.sources)
-        return Part(generated, tuple(self._compile(folder / name) for name in generated.sources))
+    def compile_block(self, block: type[Block[Any, Any, Any]], start: Array) -> CompiledBlock:
+        """Generate the C of a block in this thread, and begin to compile it in others.
 
-    def finish(self, part: Part, version: Version, path: Path, stamp: Stamp | None) -> Future[None]:
-        """Have an FMU linked and written once its object files are there."""
-        return self._pool.submit(self._finish, part, version, path, stamp)
+        Args:
+            block: The block.
+            start: Start values of the parameters, one column in the order of `block.parameters()`.
+        """
+        generated = generate(block, start)
+        folder = self._folder / f"{self._n_blocks}_{block.name}"
+        self._n_blocks += 1
+        _write(folder, generated.sources)
+        return CompiledBlock(generated, tuple(self._compile(folder / name) for name in generated.sources))
+
+    def write_fmu(self, block: CompiledBlock, version: Version, path: Path, stamp: Stamp | None) -> Future[None]:
+        """Link and write an FMU, in another thread, when its object files are complete.
+
+        Args:
+            block: The block, as `compile_block` gives it.
+            version: The version of FMI.
+            path: The file to be written.
+            stamp: What the FMU is built from; None for one that must be built anew each time.
+        """
+        return self._pool.submit(self._write_fmu, block, version, path, stamp)
 
     def _compile(self, source: Path) -> Future[Path]:
         return self._pool.submit(self._compiler.compile, source, self._runtime)
 
-    def _finish(self, part: Part, version: Version, path: Path, stamp: Stamp | None) -> None:
-        objects = [future.result() for future in part.objects]
-        objects += [self._runtime_objects[name].result() for name in runtime_units(version)]
-        library = objects[0].parent / f"fmi{version}" / part.generated.interface.block.name
+    def _write_fmu(self, block: CompiledBlock, version: Version, path: Path, stamp: Stamp | None) -> None:
+        objects = [future.result() for future in block.objects]
+        objects += [self._runtime_objects[name].result() for name in runtime_files(version)]
+        library = objects[0].parent / f"fmi{version}" / block.generated.variables.block.name
         library.parent.mkdir()
         self._compiler.link(objects, library)
-        files = content(part.generated, version, library.read_bytes())
+        files = content(block.generated, version, library.read_bytes())
         if stamp is not None:
             files[STAMP_PATH] = stamp.to_bytes()
         write_archive(path, files)

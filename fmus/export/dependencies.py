@@ -1,4 +1,4 @@
-"""Which inputs and parameters an output depends on without delay, element by element."""
+"""The inputs and parameters on which an output depends without delay, element by element."""
 # pyright: basic
 # CasADi carries no types; everything that leaves this file is annotated.
 
@@ -7,33 +7,40 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.export.fmi_variables import FmiVariable, Interface
-from fmus.lowering import Lowered
+from fmus.export.fmi_variables import FmiVariable, FmiVariables
+from fmus.lowering import LoweredBlock, sparsity
 
 
 @dataclass(frozen=True)
 class Dependencies:
-    """What the outputs depend on: at every communication point, and in Initialization Mode."""
+    """The inputs and parameters on which outputs depend: at communication points and in Initialization Mode."""
 
-    interface: Interface
+    variables: FmiVariables
     on_inputs: NDArray[np.bool_]
     """(outputs, inputs)"""
     on_parameters: NDArray[np.bool_] | None
-    """(outputs, parameters), through the start state too; None where it is not known: then it may be all"""
+    """(outputs, parameters), also by way of the start state; None where it is not known, which stands for all"""
 
     def of(self, output: FmiVariable, rows: range) -> Callable[[FmiVariable], Sequence[int]]:
-        """For the elements `rows` of an output: which elements of an input or a parameter they depend on."""
-        first = self.interface.outputs[0].reference
+        """The dependencies of some elements of an output.
+
+        Args:
+            output: The output.
+            rows: Its elements.
+
+        Returns:
+            A function that gives, for an input or a parameter, its elements on which the output depends.
+        """
+        first = self.variables.outputs[0].reference
 
         def depends(on: FmiVariable) -> Sequence[int]:
             matrix = self.on_inputs if on.causality == "input" else self.on_parameters
             if matrix is None:
                 return range(on.variable.size)
-            group = self.interface.inputs if on.causality == "input" else self.interface.parameters
+            group = self.variables.inputs if on.causality == "input" else self.variables.parameters
             at = on.reference - group[0].reference
             begin = output.reference - first
             part = matrix[begin + rows.start : begin + rows.stop, at : at + on.variable.size]
@@ -42,17 +49,10 @@ class Dependencies:
         return depends
 
 
-def dependencies(lowered: Lowered, interface: Interface) -> Dependencies:
-    """Read off the block's functions."""
+def dependencies(lowered: LoweredBlock, variables: FmiVariables) -> Dependencies:
+    """The dependencies of a block's outputs, as its functions have them."""
     if lowered.sampled:
-        return Dependencies(interface, lowered.feedthrough, None)
-    direct = _pattern(lowered.output, 0, 2)
-    by_state = _pattern(lowered.output, 0, 0).astype(int) @ _pattern(lowered.start, 0, 0).astype(int) > 0
-    return Dependencies(interface, lowered.feedthrough, direct | by_state)
-
-
-def _pattern(function: ca.Function, result: int, argument: int) -> NDArray[np.bool_]:
-    pattern = np.zeros((function.size1_out(result), function.size1_in(argument)), dtype=bool)
-    rows, columns = function.jac_sparsity(result, argument).get_triplet()
-    pattern[rows, columns] = True
-    return pattern
+        return Dependencies(variables, lowered.feedthrough, None)
+    direct = sparsity(lowered.output, 0, 2)
+    by_state = sparsity(lowered.output, 0, 0).astype(int) @ sparsity(lowered.start, 0, 0).astype(int) > 0
+    return Dependencies(variables, lowered.feedthrough, direct | by_state)

@@ -1,4 +1,4 @@
-"""What the modelDescription.xml of FMI 2.0 and that of FMI 3.0 say alike."""
+"""The parts of modelDescription.xml that FMI 2.0 and FMI 3.0 have in common."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, base_unit
-from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, Interface
+from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, FmiVariables
 
-Element: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
-"""An XML element."""
+XmlElement: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
+"""An XML element"""
 
 ANNOTATION: Final = "macrostep"
-"""Our name in vendor annotations."""
+"""The name of vendor annotations of macrostep"""
 
 LOG_CATEGORIES: Final = MappingProxyType(
     {"logStatusError": "why a call returned an error", "logStatusWarning": "outputs that are not finite numbers"}
@@ -26,32 +26,42 @@ LOG_CATEGORIES: Final = MappingProxyType(
 
 
 def quantity_of(unit: str) -> str:
-    """What a unit of measurement measures, as the name of a type; one that is not in our table names its own type."""
+    """The quantity of a unit of measurement, which is the name of its type definition too.
+
+    A unit that is not in the table gives the type its own name.
+    """
     known = UNITS_OF_MEASUREMENT.get(unit)
     return known.quantity if known else "Quantity_" + unit.replace("/", "_per_").replace(".", "_")
 
 
 def declared_type(q: Quantity) -> str | None:
-    """The name of a variable's type definition; None for types without one."""
+    """The name of a variable's type definition; None where it has none."""
     if q.enumeration is not None:
         return q.enumeration.__name__
     return quantity_of(q.unit) if q.type is Type.FLOAT64 else None
 
 
-def units(interface: Interface) -> list[str]:
-    """The units in use, in order of appearance."""
-    return list(dict.fromkeys(v.variable.quantity.unit for v in interface if v.variable.quantity.type is Type.FLOAT64))
+def units_of_measurement(variables: FmiVariables) -> list[str]:
+    """The units of measurement in use, in order of appearance."""
+    return list(dict.fromkeys(v.variable.quantity.unit for v in variables if v.variable.quantity.type is Type.FLOAT64))
 
 
-def enumerations(interface: Interface) -> list[type[IntEnum]]:
+def enumerations(variables: FmiVariables) -> list[type[IntEnum]]:
     """The enumerations in use, in order of appearance."""
-    found = (v.variable.quantity.enumeration for v in interface)
-    return list(dict.fromkeys(kind for kind in found if kind is not None))
+    declared = (v.variable.quantity.enumeration for v in variables)
+    return list(dict.fromkeys(enumeration for enumeration in declared if enumeration is not None))
 
 
-def root(interface: Interface, fmi_version: str, token_attribute: str, token: str) -> Element:
-    """The root element with the attributes that both versions have."""
-    block = interface.block
+def root(variables: FmiVariables, fmi_version: str, token_attribute: str, token: str) -> XmlElement:
+    """The root element with the attributes that both versions of FMI have.
+
+    Args:
+        variables: The variables of the FMU.
+        fmi_version: The attribute `fmiVersion`.
+        token_attribute: The attribute that holds the token: `guid` or `instantiationToken`.
+        token: The token.
+    """
+    block = variables.block
     return etree.Element(
         "fmiModelDescription",
         {
@@ -66,8 +76,8 @@ def root(interface: Interface, fmi_version: str, token_attribute: str, token: st
     )
 
 
-def add_units(parent: Element, names: Iterable[str]) -> None:
-    """<UnitDefinitions>: each unit by the exponents of its base units, and its factor and offset where it has any."""
+def add_unit_definitions(parent: XmlElement, names: Iterable[str]) -> None:
+    """<UnitDefinitions>: each unit of measurement by the exponents of its base units, with its factor and offset."""
     definitions = etree.SubElement(parent, "UnitDefinitions")
     for name in names:
         unit = etree.SubElement(definitions, "Unit", name=name)
@@ -79,51 +89,56 @@ def add_units(parent: Element, names: Iterable[str]) -> None:
         etree.SubElement(unit, "BaseUnit", attributes)
 
 
-def add_items(parent: Element, kind: type[IntEnum]) -> None:
-    """The items of an enumeration type."""
-    for item in kind:
+def add_items(parent: XmlElement, enumeration: type[IntEnum]) -> None:
+    """<Item> for each item of an enumeration type."""
+    for item in enumeration:
         etree.SubElement(parent, "Item", name=item.name, value=str(item.value))
 
 
-def add_log_categories(parent: Element) -> None:
-    """<LogCategories>: what the runtime logs."""
+def add_log_categories(parent: XmlElement) -> None:
+    """<LogCategories>: those that the runtime uses."""
     categories = etree.SubElement(parent, "LogCategories")
     for name, description in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=description)
 
 
-def add_default_experiment(parent: Element) -> None:
-    """<DefaultExperiment>: from 0, with the macro step."""
+def add_default_experiment(parent: XmlElement) -> None:
+    """<DefaultExperiment>: it starts at 0 and proposes the macro step as step size."""
     etree.SubElement(parent, "DefaultExperiment", startTime="0", stepSize=number(COMMUNICATION_STEP))
 
 
-def add_promise(parent: Element, interface: Interface) -> None:
-    """Our annotation, where it holds: outputs read after inputs were set show these inputs, without a step."""
-    if not interface.sampled:
+def add_output_annotation(parent: XmlElement, variables: FmiVariables) -> None:
+    """Our annotation that outputs follow the inputs that were set, without a step; a sampled block's do not."""
+    if not variables.sampled:
         etree.SubElement(parent, f"{{urn:{ANNOTATION}}}Outputs", afterSet="true", nsmap={None: f"urn:{ANNOTATION}"})
 
 
 def value_attributes(v: FmiVariable, start: Iterable[float]) -> dict[str, str]:
-    """Type, unit, range and start value; those that apply."""
+    """The attributes of a variable for its type, unit, range and start value, where it has them.
+
+    Args:
+        v: The variable.
+        start: The start values of the elements that are written; empty for none.
+    """
     q = v.variable.quantity
-    found: dict[str, str] = {}
+    attributes: dict[str, str] = {}
     if (declared := declared_type(q)) is not None:
-        found["declaredType"] = declared
+        attributes["declaredType"] = declared
     if q.type is Type.FLOAT64:
-        found["unit"] = q.unit
+        attributes["unit"] = q.unit
     for name, limit in (("min", q.min), ("max", q.max)):
         if limit is not None and q.type in (Type.FLOAT64, Type.INT32):
-            found[name] = text(q.type, limit)
+            attributes[name] = text(q.type, limit)
     if values := " ".join(text(q.type, value) for value in start):
-        found["start"] = values
-    return found
+        attributes["start"] = values
+    return attributes
 
 
-def text(kind: Type, value: float) -> str:
+def text(value_type: Type, value: float) -> str:
     """A value as XML writes it."""
-    if kind is Type.BOOLEAN:
+    if value_type is Type.BOOLEAN:
         return "true" if value else "false"
-    return number(value) if kind is Type.FLOAT64 else str(int(value))
+    return number(value) if value_type is Type.FLOAT64 else str(int(value))
 
 
 def number(value: float) -> str:
@@ -131,8 +146,8 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def to_bytes(element: Element) -> bytes:
-    """The XML file."""
+def to_bytes(element: XmlElement) -> bytes:
+    """The file whose root is `element`."""
     return etree.tostring(element, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
@@ -140,5 +155,5 @@ def tool_version() -> str:
     """The version of macrostep."""
     try:
         return version("macrostep")
-    except PackageNotFoundError:  # run from a checkout
+    except PackageNotFoundError:  # it runs from a checkout without being installed
         return "0.1.0"

@@ -1,11 +1,11 @@
-"""documentation/index.html: what the block is, the table of its variables, and when a sampled block acts."""
+"""documentation/index.html: the block's docstring, the table of its variables, and when a sampled block acts."""
 
 from __future__ import annotations
 
 import inspect
 from html import escape
 
-from fmus.export.fmi_variables import Clock, FmiVariable, Interface
+from fmus.export.fmi_variables import FmiVariable, FmiVariables, SampleClock
 from fmus.toolchain.version import Version
 
 _STYLE = (
@@ -28,10 +28,10 @@ pass.</p>
 <code>fmi3DoStep</code>, on the inputs set before it.</p>"""
 
 
-def documentation(interface: Interface, version: Version) -> bytes:
-    """The page."""
-    block = interface.block
-    rows = "\n".join(_row(v) for v in interface)
+def documentation(variables: FmiVariables, version: Version) -> bytes:
+    """The page, in HTML."""
+    block = variables.block
+    rows = "\n".join(_row(v) for v in variables)
     page = f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><title>{escape(block.name)}</title><style>{_STYLE}</style></head>
@@ -43,15 +43,15 @@ def documentation(interface: Interface, version: Version) -> bytes:
 <tr><th>variable</th><th>causality</th><th>type</th><th>unit</th><th>valid</th><th>start</th><th>meaning</th></tr>
 {rows}
 </table>
-{_sampling(interface.clock, version)}
+{_sampling(variables.clock, version)}
 </body>
 </html>
 """
     return page.encode()
 
 
-def _sampling(clock: Clock | None, version: Version) -> str:
-    """When a sampled block acts; nothing about other blocks."""
+def _sampling(clock: SampleClock | None, version: Version) -> str:
+    """When a sampled block acts; empty for other blocks."""
     if clock is None:
         return ""
     if version is Version.FMI2:

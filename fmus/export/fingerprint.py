@@ -1,4 +1,4 @@
-"""A quick answer to whether an FMU is what would be built now, without generating anything."""
+"""Whether an FMU is the one that would be built now, found out without generating anything."""
 
 from __future__ import annotations
 
@@ -24,36 +24,51 @@ from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
 
 STAMP_PATH = "extra/org.macrostep/build.json"
-"""Where an FMU keeps the stamp it was built with."""
+"""The file of an FMU that holds the stamp it was built with."""
 
 _SUFFIXES = (".py", ".c", ".h")
 
 
 @dataclass(frozen=True)
 class Stamp:
-    """What an FMU was built from."""
+    """What identifies all that an FMU is built from."""
 
     sources: str
-    """Digest of all sources that lead to the FMU, its start values, and the versions of the generators."""
+    """Digest of all sources that the FMU depends on, its start values, and the versions of the generators"""
     compiler: str
-    """The compiler, its flags and its platform."""
+    """The compiler, its flags and its platform"""
 
     def to_bytes(self) -> bytes:
         """The file inside the FMU."""
         return (json.dumps({"sources": self.sources, "compiler": self.compiler}, indent=2) + "\n").encode()
 
     def fits(self, path: Path, *, with_compiler: bool) -> bool:
-        """Whether the FMU at `path` carries this stamp; `with_compiler` says whether the compiler counts."""
+        """Whether the FMU at `path` carries this stamp.
+
+        Args:
+            path: The FMU.
+            with_compiler: Whether the compiler has to be the same too.
+        """
         try:
             with zipfile.ZipFile(path) as archive:
-                found = Stamp(**json.loads(archive.read(STAMP_PATH)))
+                kept = Stamp(**json.loads(archive.read(STAMP_PATH)))
         except (OSError, KeyError, TypeError, ValueError, zipfile.BadZipFile, zlib.error):  # not an FMU of ours
             return False
-        return found.sources == self.sources and (not with_compiler or found.compiler == self.compiler)
+        return kept.sources == self.sources and (not with_compiler or kept.compiler == self.compiler)
 
 
 def stamp(block: type[Block[Any, Any, Any]], fmi: Version, start: Array, compiler: Compiler | None) -> Stamp | None:
-    """The stamp of an FMU built now; None when the block's source is not in a file, so that it must always be built."""
+    """The stamp of an FMU that is built now.
+
+    Args:
+        block: The block.
+        fmi: The version of FMI.
+        start: Start values of the parameters, one column in the order of `block.parameters()`.
+        compiler: The C compiler; None where there is none.
+
+    Returns:
+        The stamp; None where the block's source is in no file, so that the FMU must be built anew each time.
+    """
     foreign = _foreign_sources(block)
     if foreign is None:
         return None
@@ -66,7 +81,7 @@ def stamp(block: type[Block[Any, Any, Any]], fmi: Version, start: Array, compile
 
 @lru_cache(maxsize=1)
 def package_digest() -> str:
-    """Digest of the sources of `components` and `fmus`, read once per process, and of the tools that use them."""
+    """Digest of the sources of `components` and `fmus`, read once per process, and of the versions of their tools."""
     digest = hashlib.sha256()
     for name in ("casadi", "fmpy", "lxml", "numpy"):
         digest.update(f"{name} {version(name)}\0".encode())
@@ -83,19 +98,22 @@ def _package_folders() -> list[Path]:
 
 
 def _foreign_sources(block: type[Block[Any, Any, Any]]) -> list[str] | None:
-    """Digests of what defines the block and its records outside our packages: its own, and those of files."""
-    found: list[str] = [block.definition]
+    """Digests of what defines the block and its records outside our packages: its own, and those of files.
+
+    None where a class is defined in no file.
+    """
+    digests: list[str] = [block.definition]
     for path in _defining_files(block):
         if path is None:
             return None
         if not any(path.is_relative_to(folder) for folder in _package_folders()):
-            found.append(hashlib.sha256(path.read_bytes()).hexdigest())
-    return found
+            digests.append(hashlib.sha256(path.read_bytes()).hexdigest())
+    return digests
 
 
 def _defining_files(block: type[Block[Any, Any, Any]]) -> Iterator[Path | None]:
-    kinds = (*block.__mro__, block.input_type, block.state_type, block.output_type)
-    for module in dict.fromkeys(kind.__module__ for kind in kinds):
+    classes = (*block.__mro__, block.input_type, block.state_type, block.output_type)
+    for module in dict.fromkeys(cls.__module__ for cls in classes):
         if module in sys.builtin_module_names or module in sys.stdlib_module_names:
             continue
         name = getattr(sys.modules.get(module), "__file__", None)

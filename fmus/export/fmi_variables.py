@@ -15,23 +15,23 @@ Causality: TypeAlias = Literal["parameter", "input", "output"]
 Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
 
 TIME_REFERENCE: Final = 0
-"""The value reference of the independent variable of FMI 3.0."""
+"""The value reference of the independent variable of FMI 3.0"""
 
 COMMUNICATION_STEP: Final = 0.1
-"""Step size [s] that the default experiment suggests, and interval of a sampled block's clock unless another is set."""
+"""[s] The step size of the default experiment, and the interval of a sampled block's clock unless another is set."""
 
 
 @dataclass(frozen=True)
 class FmiVariable:
-    """One variable of an FMU; an array is one variable here, whatever the version of FMI."""
+    """One variable of an FMU; an array is one variable here in both versions of FMI."""
 
     variable: Variable
     causality: Causality
     variability: Variability
     reference: int
-    """Value reference of the first element; the others follow."""
+    """Value reference of the first element; those of the other elements follow"""
     start: tuple[float, ...]
-    """Start values of parameters and inputs, element by element; empty for outputs."""
+    """Start values of parameters and inputs, element by element; empty for outputs"""
 
     @property
     def name(self) -> str:
@@ -45,21 +45,21 @@ class FmiVariable:
 
 
 @dataclass(frozen=True)
-class Clock:
-    """The periodic input clock of a sampled block (FMI 3.0): it acts at each tick, the first of which is at the start.
+class SampleClock:
+    """The periodic input clock of a sampled block (FMI 3.0): the block acts at each tick, first at the start time.
 
-    It has the name of the function it triggers, which no parameter can have.
+    The clock has the name of the block's method that it triggers, so that no parameter can have it.
     """
 
     reference: int
     name: str = "sample"
     description: str = "the block acts at each tick; in event mode only"
     interval: float = COMMUNICATION_STEP
-    """Time [s] from one tick to the next, which the importer may change in Initialization Mode."""
+    """[s] The time from one tick to the next, which the importer may change in Initialization Mode"""
 
 
 @dataclass(frozen=True)
-class Interface:
+class FmiVariables:
     """All variables of a block's FMU: parameters, inputs and outputs, in the order of their value references."""
 
     block: type[Block[Any, Any, Any]]
@@ -67,8 +67,8 @@ class Interface:
     parameters: tuple[FmiVariable, ...]
     inputs: tuple[FmiVariable, ...]
     outputs: tuple[FmiVariable, ...]
-    clock: Clock | None
-    """The clock of a sampled block; it is not among the variables, which both versions of FMI have."""
+    clock: SampleClock | None
+    """The clock of a sampled block, which only FMI 3.0 has; iteration leaves it out"""
 
     def __iter__(self) -> Iterator[FmiVariable]:
         yield from self.parameters
@@ -76,14 +76,20 @@ class Interface:
         yield from self.outputs
 
 
-def interface_of(block: type[Block[Any, Any, Any]], *, sampled: bool, start: Array) -> Interface:
-    """The variables of a block whose parameters start at `start`, one column in the order of `block.parameters()`."""
+def fmi_variables_of(block: type[Block[Any, Any, Any]], *, sampled: bool, start: Array) -> FmiVariables:
+    """The variables of a block's FMU.
+
+    Args:
+        block: The block.
+        sampled: Whether it acts at ticks of a clock.
+        start: Start values of the parameters, one column in the order of `block.parameters()`.
+    """
     parameters = _placed(block.parameters(), "parameter", TIME_REFERENCE + 1, sampled, start)
     zero = [first for v in block.inputs() for first in [_first_value(v)] * v.size]
     inputs = _placed(block.inputs(), "input", _after(parameters), sampled, zero)
     outputs = _placed(block.outputs(), "output", _after(parameters, inputs), sampled, ())
-    clock = Clock(_after(parameters, inputs, outputs)) if sampled else None
-    return Interface(block, sampled, parameters, inputs, outputs, clock)
+    clock = SampleClock(_after(parameters, inputs, outputs)) if sampled else None
+    return FmiVariables(block, sampled, parameters, inputs, outputs, clock)
 
 
 def _placed(
@@ -93,17 +99,17 @@ def _placed(
     sampled: bool,  # noqa: FBT001 - private
     start: Array | Sequence[float],
 ) -> tuple[FmiVariable, ...]:
-    made: list[FmiVariable] = []
+    placed: list[FmiVariable] = []
     at = 0
     for v in variables:
         values = tuple(float(value) for value in start[at : at + v.size])
-        made.append(FmiVariable(v, causality, _variability(v, causality, sampled), first + at, values))
+        placed.append(FmiVariable(v, causality, _variability(v, causality, sampled), first + at, values))
         at += v.size
-    return tuple(made)
+    return tuple(placed)
 
 
 def _after(*placed: Sequence[FmiVariable]) -> int:
-    """The value reference after all of these."""
+    """The first value reference after those of some variables."""
     return TIME_REFERENCE + 1 + sum(v.variable.size for group in placed for v in group)
 
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 2.0: every array element is a ScalarVariable of its own."""
+"""modelDescription.xml of FMI 2.0: each element of an array is a ScalarVariable."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lxml import etree
 from components.interfaces.quantity import Type
 from fmus.export import description_parts as parts
 from fmus.export.dependencies import Dependencies
-from fmus.export.fmi_variables import FmiVariable, Interface
+from fmus.export.fmi_variables import FmiVariable, FmiVariables
 
 _ELEMENTS = {Type.FLOAT64: "Real", Type.INT32: "Integer", Type.BOOLEAN: "Boolean", Type.ENUMERATION: "Enumeration"}
 _INITIAL: Mapping[str, Mapping[str, str]] = {
@@ -20,29 +20,35 @@ _INITIAL: Mapping[str, Mapping[str, str]] = {
 
 
 def model_description_fmi2(depends: Dependencies, token: str, sources: Iterable[str]) -> bytes:
-    """The file. It names no `time`: FMI Library objects to an independent variable in FMI 2.0."""
-    interface = depends.interface
-    root = parts.root(interface, "2.0", "guid", token)
-    _co_simulation(root, interface, sources)
-    parts.add_units(root, parts.units(interface))
-    _types(root, interface)
+    """The file. It declares no independent variable, because FMI Library reports an error for one in FMI 2.0.
+
+    Args:
+        depends: The variables and their dependencies.
+        token: The GUID.
+        sources: The names of the C files that are compiled.
+    """
+    variables = depends.variables
+    root = parts.root(variables, "2.0", "guid", token)
+    _co_simulation(root, variables, sources)
+    parts.add_unit_definitions(root, parts.units_of_measurement(variables))
+    _types(root, variables)
     parts.add_log_categories(root)
     parts.add_default_experiment(root)
-    if not interface.sampled:
+    if not variables.sampled:
         annotations = etree.SubElement(root, "VendorAnnotations")
-        parts.add_promise(etree.SubElement(annotations, "Tool", name=parts.ANNOTATION), interface)
-    variables = etree.SubElement(root, "ModelVariables")
-    for v in interface:
-        _variable(variables, v)
+        parts.add_output_annotation(etree.SubElement(annotations, "Tool", name=parts.ANNOTATION), variables)
+    model_variables = etree.SubElement(root, "ModelVariables")
+    for v in variables:
+        _variable(model_variables, v)
     _structure(root, depends)
     return parts.to_bytes(root)
 
 
-def _co_simulation(root: parts.Element, interface: Interface, sources: Iterable[str]) -> None:
+def _co_simulation(root: parts.XmlElement, variables: FmiVariables, sources: Iterable[str]) -> None:
     element = etree.SubElement(
         root,
         "CoSimulation",
-        modelIdentifier=interface.block.name,
+        modelIdentifier=variables.block.name,
         canHandleVariableCommunicationStepSize="true",
         canBeInstantiatedOnlyOncePerProcess="false",
         canNotUseMemoryManagementFunctions="true",
@@ -55,18 +61,18 @@ def _co_simulation(root: parts.Element, interface: Interface, sources: Iterable[
         etree.SubElement(files, "File", name=name)
 
 
-def _types(root: parts.Element, interface: Interface) -> None:
+def _types(root: parts.XmlElement, variables: FmiVariables) -> None:
     definitions = etree.SubElement(root, "TypeDefinitions")
-    for unit in parts.units(interface):
+    for unit in parts.units_of_measurement(variables):
         name = parts.quantity_of(unit)
         etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Real", quantity=name, unit=unit)
-    for kind in parts.enumerations(interface):
-        simple = etree.SubElement(definitions, "SimpleType", name=kind.__name__)
-        parts.add_items(etree.SubElement(simple, "Enumeration", quantity=kind.__name__), kind)
+    for enumeration in parts.enumerations(variables):
+        simple = etree.SubElement(definitions, "SimpleType", name=enumeration.__name__)
+        parts.add_items(etree.SubElement(simple, "Enumeration", quantity=enumeration.__name__), enumeration)
 
 
-def _variable(parent: parts.Element, v: FmiVariable) -> None:
-    """One ScalarVariable for each element."""
+def _variable(parent: parts.XmlElement, v: FmiVariable) -> None:
+    """A ScalarVariable for each element."""
     for k, (name, reference) in enumerate(zip(v.variable.elements, v.references, strict=True)):
         scalar = etree.SubElement(
             parent,
@@ -83,20 +89,20 @@ def _variable(parent: parts.Element, v: FmiVariable) -> None:
         etree.SubElement(scalar, _ELEMENTS[v.variable.quantity.type], parts.value_attributes(v, v.start[k : k + 1]))
 
 
-def _structure(root: parts.Element, depends: Dependencies) -> None:
-    """Outputs and initial unknowns. The index of a variable, counted from 1, equals its value reference here."""
-    interface = depends.interface
+def _structure(root: parts.XmlElement, depends: Dependencies) -> None:
+    """Outputs and initial unknowns, by index: counted from 1, it equals the value reference in these files."""
+    variables = depends.variables
     structure = etree.SubElement(root, "ModelStructure")
     outputs = etree.SubElement(structure, "Outputs")
     initial = etree.SubElement(structure, "InitialUnknowns")
-    for output in interface.outputs:
+    for output in variables.outputs:
         for k, reference in enumerate(output.references):
             on = depends.of(output, range(k, k + 1))
-            by_inputs = [v.reference + i for v in interface.inputs for i in on(v)]
-            by_parameters = [v.reference + i for v in interface.parameters for i in on(v)]
+            by_inputs = [v.reference + i for v in variables.inputs for i in on(v)]
+            by_parameters = [v.reference + i for v in variables.parameters for i in on(v)]
             _unknown(outputs, reference, by_inputs)
             _unknown(initial, reference, by_parameters + by_inputs)
 
 
-def _unknown(parent: parts.Element, index: int, dependencies: Iterable[int]) -> None:
+def _unknown(parent: parts.XmlElement, index: int, dependencies: Iterable[int]) -> None:
     etree.SubElement(parent, "Unknown", index=str(index), dependencies=" ".join(map(str, dependencies)))

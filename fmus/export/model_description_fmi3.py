@@ -10,63 +10,68 @@ from lxml import etree
 from components.interfaces.quantity import Type
 from fmus.export import description_parts as parts
 from fmus.export.dependencies import Dependencies
-from fmus.export.fmi_variables import TIME_REFERENCE, Clock, FmiVariable, Interface
+from fmus.export.fmi_variables import TIME_REFERENCE, FmiVariable, FmiVariables, SampleClock
 
 _INITIAL = {"parameter": "exact", "input": "exact", "output": "calculated"}
 _SECOND = "s"
 
 
 def model_description_fmi3(depends: Dependencies, token: str) -> bytes:
-    """The file."""
-    interface = depends.interface
-    root = parts.root(interface, "3.0", "instantiationToken", token)
-    _co_simulation(root, interface)
-    units = list(dict.fromkeys([_SECOND, *parts.units(interface)]))
-    parts.add_units(root, units)
-    _types(root, interface, units)
+    """The file.
+
+    Args:
+        depends: The variables and their dependencies.
+        token: The instantiation token.
+    """
+    variables = depends.variables
+    root = parts.root(variables, "3.0", "instantiationToken", token)
+    _co_simulation(root, variables)
+    units = list(dict.fromkeys([_SECOND, *parts.units_of_measurement(variables)]))
+    parts.add_unit_definitions(root, units)
+    _types(root, variables, units)
     parts.add_log_categories(root)
     parts.add_default_experiment(root)
-    variables = etree.SubElement(root, "ModelVariables")
-    _time(variables)
-    for v in interface:
-        _variable(variables, v)
-    if interface.clock is not None:
-        _clock(variables, interface.clock)
+    model_variables = etree.SubElement(root, "ModelVariables")
+    _time(model_variables)
+    for v in variables:
+        _variable(model_variables, v)
+    if variables.clock is not None:
+        _clock(model_variables, variables.clock)
     _structure(root, depends)
-    if not interface.sampled:
+    if not variables.sampled:
         annotations = etree.SubElement(root, "Annotations")
-        parts.add_promise(etree.SubElement(annotations, "Annotation", type=parts.ANNOTATION), interface)
+        parts.add_output_annotation(etree.SubElement(annotations, "Annotation", type=parts.ANNOTATION), variables)
     return parts.to_bytes(root)
 
 
-def _co_simulation(root: parts.Element, interface: Interface) -> None:
-    max_step = interface.block.max_step
+def _co_simulation(root: parts.XmlElement, variables: FmiVariables) -> None:
+    max_step = variables.block.max_step
     element = etree.SubElement(
         root,
         "CoSimulation",
-        modelIdentifier=interface.block.name,
+        modelIdentifier=variables.block.name,
         canHandleVariableCommunicationStepSize="true",
         canBeInstantiatedOnlyOncePerProcess="false",
         canGetAndSetFMUState="true",
         canSerializeFMUState="true",
         providesDirectionalDerivatives="false",
-        hasEventMode=parts.text(Type.BOOLEAN, interface.clock is not None),
+        hasEventMode=parts.text(Type.BOOLEAN, variables.clock is not None),
     )
     if math.isfinite(max_step):
         element.set("fixedInternalStepSize", parts.number(max_step))
 
 
-def _types(root: parts.Element, interface: Interface, units: Iterable[str]) -> None:
+def _types(root: parts.XmlElement, variables: FmiVariables, units: Iterable[str]) -> None:
     definitions = etree.SubElement(root, "TypeDefinitions")
     for unit in units:
         name = parts.quantity_of(unit)
         etree.SubElement(definitions, "Float64Type", name=name, quantity=name, unit=unit)
-    for kind in parts.enumerations(interface):
-        enumeration = etree.SubElement(definitions, "EnumerationType", name=kind.__name__, quantity=kind.__name__)
-        parts.add_items(enumeration, kind)
+    for enumeration in parts.enumerations(variables):
+        name = enumeration.__name__
+        parts.add_items(etree.SubElement(definitions, "EnumerationType", name=name, quantity=name), enumeration)
 
 
-def _time(parent: parts.Element) -> None:
+def _time(parent: parts.XmlElement) -> None:
     etree.SubElement(
         parent,
         "Float64",
@@ -80,7 +85,7 @@ def _time(parent: parts.Element) -> None:
     )
 
 
-def _variable(parent: parts.Element, v: FmiVariable) -> None:
+def _variable(parent: parts.XmlElement, v: FmiVariable) -> None:
     element = etree.SubElement(
         parent,
         v.variable.quantity.type.value,
@@ -98,16 +103,16 @@ def _variable(parent: parts.Element, v: FmiVariable) -> None:
         etree.SubElement(element, "Dimension", start=str(length))
 
 
-def _clock(parent: parts.Element, clock: Clock) -> None:
-    """The clock alone, without clocked variables, so that importers without event mode can use the FMU.
+def _clock(parent: parts.XmlElement, clock: SampleClock) -> None:
+    """The clock, without clocked variables, so that importers without Event Mode can use the FMU.
 
-    The variables of a sampled block carry no attribute `clocks`. FMI 3.0 asks for two things that exclude each other
-    otherwise: "clocked variables can acquire new values and can be queried only when their Clock is active, except
-    during InitializationMode" (2.2.9.3 Model Partitions and Clocked Variables), hence never in Step Mode; and an
-    importer without event mode, which knows nothing but Step Mode, instantiates with eventModeUsed = fmi3False "to
-    force the FMU to detect and handle events internally" (4.4, hasEventMode). As plain discrete variables the outputs
-    can be read in both cases, and hold from one tick to the next. Which kind of periodic clock it is, and why, stands
-    in runtime/fmi3_events.c.
+    The variables of a sampled block have no attribute `clocks`, because FMI 3.0 makes two demands that would exclude
+    each other otherwise: "clocked variables can acquire new values and can be queried only when their Clock is
+    active, except during InitializationMode" (2.2.9.3 Model Partitions and Clocked Variables), hence never in Step
+    Mode; and an importer without Event Mode, which has nothing but Step Mode, instantiates with eventModeUsed =
+    fmi3False "to force the FMU to detect and handle events internally" (4.4, hasEventMode). As plain discrete
+    variables the outputs can be read in both cases, and they hold from one tick to the next. runtime/fmi3_events.c
+    says which kind of periodic clock it is, and why.
     """
     etree.SubElement(
         parent,
@@ -122,22 +127,22 @@ def _clock(parent: parts.Element, clock: Clock) -> None:
     )
 
 
-def _structure(root: parts.Element, depends: Dependencies) -> None:
-    """Outputs and initial unknowns; an array depends on all that any of its elements depends on."""
-    interface = depends.interface
+def _structure(root: parts.XmlElement, depends: Dependencies) -> None:
+    """Outputs and initial unknowns; an array depends on everything that any of its elements depends on."""
+    variables = depends.variables
     structure = etree.SubElement(root, "ModelStructure")
     by_inputs: dict[int, list[int]] = {}
     by_parameters: dict[int, list[int]] = {}
-    for output in interface.outputs:
+    for output in variables.outputs:
         on = depends.of(output, range(output.variable.size))
-        by_inputs[output.reference] = [v.reference for v in interface.inputs if on(v)]
-        by_parameters[output.reference] = [v.reference for v in interface.parameters if on(v)]
-    for reference, found in by_inputs.items():
-        _unknown(structure, "Output", reference, found)
-    for reference, found in by_inputs.items():
-        _unknown(structure, "InitialUnknown", reference, by_parameters[reference] + found)
+        by_inputs[output.reference] = [v.reference for v in variables.inputs if on(v)]
+        by_parameters[output.reference] = [v.reference for v in variables.parameters if on(v)]
+    for reference, inputs in by_inputs.items():
+        _unknown(structure, "Output", reference, inputs)
+    for reference, inputs in by_inputs.items():
+        _unknown(structure, "InitialUnknown", reference, by_parameters[reference] + inputs)
 
 
-def _unknown(parent: parts.Element, kind: str, reference: int, dependencies: Iterable[int]) -> None:
+def _unknown(parent: parts.XmlElement, tag: str, reference: int, dependencies: Iterable[int]) -> None:
     listed = " ".join(map(str, dependencies))
-    etree.SubElement(parent, kind, valueReference=str(reference), dependencies=listed)
+    etree.SubElement(parent, tag, valueReference=str(reference), dependencies=listed)

@@ -6,23 +6,23 @@ from lxml import etree
 
 from components.interfaces.record import groups
 from fmus.export.description_parts import to_bytes
-from fmus.export.fmi_variables import Interface
+from fmus.export.fmi_variables import FmiVariables
 
 
-def terminals_and_icons(interface: Interface) -> bytes:
-    """The file. A terminal has the name of its bus; its members are the signals of the bus, matched by name."""
+def terminals_and_icons(variables: FmiVariables) -> bytes:
+    """terminalsAndIcons.xml: a terminal has the name of its bus; its members are the signals, matched by name."""
     root = etree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     terminals = etree.SubElement(root, "Terminals")
-    block = interface.block
-    for side, kind, variables in (
-        ("input", block.input_type, interface.inputs),
-        ("output", block.output_type, interface.outputs),
+    block = variables.block
+    for direction, record, signals in (
+        ("input", block.input_type, variables.inputs),
+        ("output", block.output_type, variables.outputs),
     ):
-        for bus in groups(kind):
+        for bus in groups(record):
             terminal = etree.SubElement(
-                terminals, "Terminal", name=bus, matchingRule="bus", description=f"{side} bus `{bus}`"
+                terminals, "Terminal", name=bus, matchingRule="bus", description=f"{direction} bus `{bus}`"
             )
-            for v in variables:
+            for v in signals:
                 if v.name.startswith(f"{bus}."):
                     member = v.name.removeprefix(f"{bus}.")
                     names = {"variableName": v.name, "memberName": member, "variableKind": "signal"}

@@ -62,7 +62,7 @@ class Expressions:
 
     def value(self, tree: Tree, place: str) -> Any:
         """The column of an expression; `place` is where its equation stands. Raises `RequestError`."""
-        ((kind, node),) = tree.items()
+        ((form, node),) = tree.items()
         known: Mapping[str, Callable[[Any, str], Any]] = {
             "Literal": _literal,
             "VarRef": lambda n, p: _element(n, p, self._columns),
@@ -72,11 +72,11 @@ class Expressions:
             "Array": lambda n, p: ca.vertcat(*(self.value(item, p) for item in n["elements"])),
             "BuiltinCall": self._call,
         }
-        if kind == "FunctionCall":
+        if form == "FunctionCall":
             raise refuse(place, f"the function `{node['name']['name']}`", FUNCTIONS, "Write its equations out.")
-        if kind not in known:
-            raise refuse(place, f"an expression of the kind `{kind}`", EXPLICIT)
-        return known[kind](node, place)
+        if form not in known:
+            raise refuse(place, f"an expression of the kind `{form}`", EXPLICIT)
+        return known[form](node, place)
 
     def _binary(self, node: Any, place: str) -> Any:
         left, right = self.value(node["lhs"], place), self.value(node["rhs"], place)
@@ -110,9 +110,9 @@ class Expressions:
 
 
 def _literal(node: Any, place: str) -> Any:
-    ((kind, value),) = node["value"].items()
-    if kind not in {"Real", "Integer", "Boolean"}:
-        raise refuse(place, f"the {kind} {value!r}", "numbers and Booleans")
+    ((form, value),) = node["value"].items()
+    if form not in {"Real", "Integer", "Boolean"}:
+        raise refuse(place, f"the {form} {value!r}", "numbers and Booleans")
     return ca.SX(float(value))
 
 

@@ -22,7 +22,7 @@ from components.interfaces.quantity import Type
 
 Tree: TypeAlias = Mapping[str, Any]
 """An expression: one key that says what it is, with its parts."""
-Role: TypeAlias = Literal["input", "output", "parameter", "dependent", "local"]
+VariableRole: TypeAlias = Literal["input", "output", "parameter", "dependent", "local"]
 
 _TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32, "Boolean": Type.BOOLEAN}
 _LEFT_OUT = {
@@ -43,7 +43,7 @@ class FlatVariable:
     name: str
     type: Type
     shape: tuple[int, ...]
-    role: Role
+    role: VariableRole
     """`dependent`: a constant, a protected or final parameter, or one that others give"""
     unit: str
     description: str
@@ -181,9 +181,9 @@ def _left_out(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
             yield Problem(places(item), words, EXPLICIT)
     for variable in flat["variables"].values():
         where, name = places(variable), variable["name"]
-        kind = flat["variable_type_names"].get(name, "")
-        if kind not in _TYPES:
-            yield Problem(where, f"`{name}`, a variable of the type {kind}", "Real, Integer or Boolean")
+        type_name = flat["variable_type_names"].get(name, "")
+        if type_name not in _TYPES:
+            yield Problem(where, f"`{name}`, a variable of the type {type_name}", "Real, Integer or Boolean")
         if "Discrete" in variable["variability"]:
             yield Problem(where, f"`{name}`, a discrete variable", EXPLICIT)
         if len(variable["dims"]) > 1:
@@ -210,7 +210,7 @@ def _variable(raw: Mapping[str, Any], flat: Mapping[str, Any], places: _Places) 
     )
 
 
-def _role(raw: Mapping[str, Any], flat: Mapping[str, Any]) -> Role:
+def _role(raw: Mapping[str, Any], flat: Mapping[str, Any]) -> VariableRole:
     name = raw["name"]
     first = name.partition(".")[0].partition("[")[0]
     if "Constant" in raw["variability"]:

@@ -1,4 +1,4 @@
-"""The shared library of an FMU: found for this platform, or compiled; loaded, and asked for what FMI needs of it."""
+"""The shared library of an FMU: found or compiled for this platform, loaded, and checked for the functions of FMI."""
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
 
@@ -7,7 +7,7 @@ from __future__ import annotations
 import ctypes
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from components.interfaces.problem import choices, refuse
 from fmus.reading.archive import Archive
@@ -16,11 +16,19 @@ from fmus.toolchain.fmpy_library import freeLibrary, required_functions
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 
-_LISTED = 5
+_LISTED: Final = 5
+"""How many missing functions a message lists"""
 
 
 def binary_remark(archive: Archive) -> str | None:
-    """What is to be said of the library before it is loaded. Raises `RequestError` when there can be none."""
+    """What a user should know of the library before it is loaded.
+
+    Returns:
+        The remark; None for an FMU with a binary for this platform.
+
+    Raises:
+        RequestError: There is neither a binary for this platform, nor are there sources to compile.
+    """
     if binary(archive):
         return None
     if has_sources(archive):
@@ -33,46 +41,56 @@ def binary_remark(archive: Archive) -> str | None:
 
 
 def binary(archive: Archive) -> str | None:
-    """The file in the FMU that is its library here; some FMI 2.0 files use the platform names of FMI 3.0."""
-    paths = [_place(archive), binary_path(Version.FMI3, archive.kind.modelIdentifier)]
+    """The path of the library for this platform in the FMU; some FMI 2.0 FMUs use the platform names of FMI 3.0."""
+    paths = [_place(archive), binary_path(Version.FMI3, archive.interface_type.modelIdentifier)]
     return next((path for path in paths if path in archive.files), None)
 
 
 def _place(archive: Archive) -> str:
-    """Where the library has to be by the rules of FMI."""
-    return binary_path(archive.version, archive.kind.modelIdentifier)
+    """The path that FMI prescribes for the library."""
+    return binary_path(archive.version, archive.interface_type.modelIdentifier)
 
 
 def platforms(archive: Archive) -> list[str]:
-    """The platforms that the FMU has binaries for, by the names of their folders."""
+    """The platforms for which the FMU has binaries, by the names of their folders."""
     return sorted({n.split("/")[1] for n in archive.files if n.startswith("binaries/") and n.count("/") > 1})
 
 
-def loaded(kind: Any, archive: Archive, folder: Path, name: str) -> Any:
-    """FMPy's object for the FMU that is unpacked in `folder`. Raises `RequestError` when its library is of no use."""
-    found = binary(archive)
-    path = found or _place(archive)
+def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
+    """FMPy's object for an FMU, with the library loaded.
+
+    Args:
+        fmu_class: FMPy's class for the version of FMI and the interface type.
+        archive: The FMU.
+        folder: The folder in which it is unpacked.
+        name: The instance name.
+
+    Raises:
+        RequestError: The library cannot be compiled or loaded, or lacks functions of FMI.
+    """
+    existing = binary(archive)
+    path = existing or _place(archive)
     library, where = folder / path, f"{archive.path}, {path}"
-    if found is None:
+    if existing is None:
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
     opened = _opened(library, where)
     try:
-        _refuse_incomplete(opened, kind, archive.version, where)
-        return kind(  # FMPy knows where FMI 3.0 has its libraries, and takes no other place
+        _refuse_incomplete(opened, fmu_class, archive.version, where)
+        return fmu_class(  # for FMI 3.0, FMPy takes no path of the library
             guid=archive.description.guid,
-            modelIdentifier=archive.kind.modelIdentifier,
+            modelIdentifier=archive.interface_type.modelIdentifier,
             unzipDirectory=str(folder),
             instanceName=name,
             **({"libraryPath": str(library)} if archive.version == Version.FMI2 else {}),
         )
     finally:
-        freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened it once more, and closes only that
+        freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened the library once more, and closes it only once
 
 
 def _opened(library: Path, where: str) -> ctypes.CDLL:
     at = Path.cwd()
-    os.chdir(library.parent)  # libraries that come along are found from here, as FMPy does it
+    os.chdir(library.parent)  # so that other libraries beside it are found, as FMPy does it
     try:
         return ctypes.CDLL(str(library))
     except OSError as error:
@@ -85,8 +103,8 @@ def _opened(library: Path, where: str) -> ctypes.CDLL:
         os.chdir(at)
 
 
-def _refuse_incomplete(opened: ctypes.CDLL, kind: Any, version: Version, where: str) -> None:
-    missing = [name for name in required_functions(kind, version) if not hasattr(opened, name)]
+def _refuse_incomplete(opened: ctypes.CDLL, fmu_class: Any, version: Version, where: str) -> None:
+    missing = [name for name in required_functions(fmu_class, version) if not hasattr(opened, name)]
     if missing:
         rest = f" and {len(missing) - _LISTED} more" if len(missing) > _LISTED else ""
         found = f"a library without {', '.join(missing[:_LISTED])}{rest}"

@@ -1,4 +1,4 @@
-"""FMUs without a binary for this platform: compiled from the sources inside, once, and kept in the user's cache."""
+"""FMUs without a binary for this platform: compiled once from the C sources in them, and kept in the user's cache."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ import platformdirs
 from components.interfaces.problem import refuse
 from fmus.reading.archive import Archive
 from fmus.reading.unpack import parse_xml
+from fmus.toolchain.archives import BUILD_DESCRIPTION
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.fmpy_library import C_HEADERS
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
 
-BUILD_DESCRIPTION: Final = "sources/buildDescription.xml"
 _VALID: Final = "sources that a C compiler takes"
 _LINES_SHOWN: Final = 3
 
 
 @dataclass(frozen=True)
-class Sources:
-    """What is to be compiled, as the FMU says it."""
+class CSources:
+    """The C files of an FMU, and how they are compiled."""
 
     files: tuple[str, ...]
     options: tuple[str, ...] = ()
@@ -39,46 +39,52 @@ class Sources:
 
 
 def has_sources(archive: Archive) -> bool:
-    """Whether an FMU brings the sources of its binary, and says which they are."""
+    """Whether an FMU contains the C sources of its library, and declares which files they are."""
     if archive.version == Version.FMI3:
         return BUILD_DESCRIPTION in archive.files
     return bool(_fmi2_files(archive))
 
 
 def _fmi2_files(archive: Archive) -> list[str]:
-    interfaces = [e for e in archive.root if e.get("modelIdentifier") == archive.kind.modelIdentifier]
+    interfaces = [e for e in archive.root if e.get("modelIdentifier") == archive.interface_type.modelIdentifier]
     return list(dict.fromkeys(f.get("name") for e in interfaces for f in e.iterfind("SourceFiles/File")))
 
 
 def compile_library(archive: Archive, folder: Path, target: Path) -> None:
-    """Put the library of the FMU that is unpacked in `folder` at `target`, compiled where it has not been before.
+    """Compile the library of an FMU, or copy it from the cache when it was compiled before.
 
-    Raises `RequestError` when there is no compiler, or the sources do not compile.
+    Args:
+        archive: The FMU.
+        folder: The folder in which it is unpacked.
+        target: The file of the library.
+
+    Raises:
+        RequestError: There is no compiler, or the sources do not compile.
     """
     compiler = required_compiler()
-    stamp = f"{platform_tuple()} {compiler.identity} {archive.kind.modelIdentifier}".encode()
+    stamp = f"{platform_tuple()} {compiler.identity} {archive.interface_type.modelIdentifier}".encode()
     key = hashlib.sha256(stamp + archive.path.read_bytes()).hexdigest()[:32]
     kept = platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}{target.suffix}"
     if kept.is_file():
         shutil.copyfile(kept, target)
         return
     _compile(compiler.command, _sources(archive, folder), folder / "sources", target, str(archive.path))
-    with suppress(OSError):  # where nothing can be kept, it is compiled each time
+    with suppress(OSError):  # without a cache, the library is compiled each time
         _keep(target, kept)
 
 
 def _keep(library: Path, kept: Path) -> None:
-    """Whole or not at all: other processes may be at it too."""
+    """Copy a library to the cache, where it has its name only when complete: other processes may read it."""
     kept.parent.mkdir(parents=True, exist_ok=True)
-    beside = kept.with_suffix(f".{os.getpid()}")
-    shutil.copyfile(library, beside)
-    beside.replace(kept)
+    partial = kept.with_suffix(f".{os.getpid()}")
+    shutil.copyfile(library, partial)
+    partial.replace(kept)
 
 
-def _sources(archive: Archive, folder: Path) -> Sources:
+def _sources(archive: Archive, folder: Path) -> CSources:
     if archive.version == Version.FMI2:
-        return Sources(tuple(_fmi2_files(archive)))
-    identifier = archive.kind.modelIdentifier
+        return CSources(tuple(_fmi2_files(archive)))
+    identifier = archive.interface_type.modelIdentifier
     place = f"{archive.path}, {BUILD_DESCRIPTION}"
     description = parse_xml((folder / BUILD_DESCRIPTION).read_bytes(), place, "a build description")
     chosen = [c for c in description.iterfind("BuildConfiguration") if c.get("modelIdentifier") == identifier]
@@ -93,11 +99,11 @@ def _sources(archive: Archive, folder: Path) -> Sources:
         options += [f"-I{d.get('name')}" for d in element.iterfind("IncludeDirectory")]
     names = [f.get("name") for f in chosen[0].iterfind("SourceFileSet/SourceFile")]
     libraries = [e.get("name") for e in chosen[0].iterfind("Library") if e.get("external") in {"true", "1"}]
-    return Sources(tuple(names), tuple(options), tuple(libraries))
+    return CSources(tuple(names), tuple(options), tuple(libraries))
 
 
-def _compile(command: Sequence[str], sources: Sources, folder: Path, target: Path, where: str) -> None:
-    """One call of the compiler, in the folder of the sources; the FMI headers are those of FMPy where it has none."""
+def _compile(command: Sequence[str], sources: CSources, folder: Path, target: Path, where: str) -> None:
+    """Call the compiler once, in the folder of the sources; FMPy's headers of FMI are used if there are none in it."""
     outside = [n for n in sources.files if not (folder / n).resolve().is_relative_to(folder.resolve())]
     missing = [n for n in sources.files if not (folder / n).is_file()]
     if outside or missing or not sources.files:
@@ -110,13 +116,13 @@ def _compile(command: Sequence[str], sources: Sources, folder: Path, target: Pat
     arguments += [*sources.files, "-o", str(target), *complete, *libraries]
     done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
     if done.returncode != 0:
-        said = "; ".join([line.strip() for line in done.stderr.splitlines() if "error" in line][:_LINES_SHOWN])
-        found = f"no binary for {platform_tuple()}, and sources that do not compile ({said})"
+        errors = "; ".join([line.strip() for line in done.stderr.splitlines() if "error" in line][:_LINES_SHOWN])
+        found = f"no binary for {platform_tuple()}, and sources that do not compile ({errors})"
         raise refuse(where, found, _VALID, "Have it built for this platform.")
 
 
 def _driver(command: Sequence[str], names: Sequence[str]) -> list[str]:
-    """The compiler; for C++ the one that goes with it, which links the library of C++ too."""
+    """The compiler; for C++ the C++ compiler beside it, which links the C++ library too."""
     if all(Path(name).suffix == ".c" for name in names):
         return list(command)
     program = Path(command[0])

@@ -1,4 +1,4 @@
-"""Unpacking archives and reading XML of other makers: refused in words where it is broken, or meant to do harm."""
+"""Archives and XML of other tools, unpacked and read; what is broken or could do harm is refused with a message."""
 
 from __future__ import annotations
 
@@ -18,18 +18,27 @@ from lxml import etree
 from components.interfaces.problem import Problem, raise_if_any, refuse
 
 MOST_ENTRIES: Final = 100_000
-LARGEST: Final = 8 * 2**30
-"""[byte] of all files of an archive together."""
-SUSPICIOUS: Final = 256 * 2**20
-"""[byte] From here on, files that are more than `LARGEST_RATIO` times their archive are taken to be a zip bomb."""
+LARGEST_ARCHIVE: Final = 8 * 2**30
+"""[byte] The size of all files of an archive together"""
+SUSPICIOUS_SIZE: Final = 256 * 2**20
+"""[byte] Files that have more together, and more than `LARGEST_RATIO` times the size of the archive, are a zip bomb"""
 LARGEST_RATIO: Final = 200
 
 
 def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
-    """Unpack the zip archive `path` into `folder`, which exists. Raises `RequestError`, before anything is written.
+    """Unpack a zip archive.
 
-    Refused are a missing or corrupt archive, entries that would leave the folder, links, encrypted ones, and zip bombs.
     Backslashes in names, as some tools on Windows write them, separate folders.
+
+    Args:
+        path: The archive.
+        folder: An existing folder.
+        where: The archive, as messages name it.
+        valid: What the file should be, as messages say it.
+
+    Raises:
+        RequestError: The archive is missing or corrupt, is a zip bomb, or has an entry that would leave the folder, is
+            a link or is encrypted. Only a corrupt archive may have been unpacked in part.
     """
     with _opened(path, folder, where, valid) as archive:
         for entry in archive.infolist():
@@ -43,21 +52,31 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
 
 
 def read(path: Path, names: Collection[str], where: str, valid: str) -> tuple[frozenset[str], dict[str, bytes]]:
-    """The names of all files of an archive, and the content of those of `names` that are in it, all of it intact.
+    """Read files of a zip archive, all files of which are checked for damage.
 
-    Nothing is written. Raises `RequestError` as `unpack` does.
+    Args:
+        path: The archive.
+        names: The files to be read.
+        where: The archive, as messages name it.
+        valid: What the file should be, as messages say it.
+
+    Returns:
+        The names of all files of the archive, and the content of those of `names` that are in it.
+
+    Raises:
+        RequestError: As `unpack` raises it.
     """
     with _opened(path, Path(tempfile.gettempdir()), where, valid) as archive:
         entries = {_name(entry): entry for entry in archive.infolist() if not _name(entry).endswith("/")}
-        found = {name: archive.read(entry) for name, entry in entries.items() if name in names}
+        contents = {name: archive.read(entry) for name, entry in entries.items() if name in names}
         if damaged := archive.testzip():
             raise refuse(where, f"a corrupt archive ({damaged} is damaged)", valid, "Pack or copy it again.")
-        return frozenset(entries), found
+        return frozenset(entries), contents
 
 
 @contextmanager
 def _opened(path: Path, folder: Path, where: str, valid: str) -> Generator[zipfile.ZipFile]:
-    """An archive whose entries may be unpacked into `folder`."""
+    """An archive whose entries can be unpacked into `folder` without harm."""
     if not path.is_file():
         raise refuse(where, "no such file", valid)
     try:
@@ -77,45 +96,58 @@ def _name(entry: zipfile.ZipInfo) -> str:
 
 
 def _entry_problems(entries: list[zipfile.ZipInfo], where: str, valid: str) -> list[Problem]:
-    found: list[Problem] = []
+    problems: list[Problem] = []
     seen: set[str] = set()
     for entry in entries:
-        if _leaves(_name(entry)):
-            found.append(Problem(where, f"an entry that would leave the folder, {entry.filename}", valid))
+        name = _name(entry)
+        found, remedy = None, ""
+        if _leaves(name):
+            found = "an entry that would leave the folder"
         elif entry.flag_bits & 1:
-            found.append(Problem(where, f"an encrypted entry, {entry.filename}", valid, "Pack it without a password."))
+            found, remedy = "an encrypted entry", "Pack it without a password."
         elif stat.S_ISLNK(entry.external_attr >> 16):
-            found.append(Problem(where, f"a symbolic link, {entry.filename}", valid, "Pack the file that it leads to."))
-        elif _name(entry) in seen:
-            found.append(Problem(where, f"two entries of one name, {entry.filename}", valid, "Pack it again."))
-        seen.add(_name(entry))
-    return found
+            found, remedy = "a symbolic link", "Pack the file that it leads to."
+        elif name in seen:
+            found, remedy = "two entries of one name", "Pack it again."
+        if found:
+            problems.append(Problem(where, f"{found}, {entry.filename}", valid, remedy))
+        seen.add(name)
+    return problems
 
 
 def _leaves(name: str) -> bool:
-    """Whether a name leads out of the folder it is unpacked in; there are no links on its way, as they are refused."""
+    """Whether a name leads out of the folder that it is unpacked into, which no link can do: links are refused."""
     normal = posixpath.normpath(name)
     return normal.startswith(("/", "../")) or normal == ".." or normal[1:2] == ":"
 
 
 def _size_problems(entries: list[zipfile.ZipInfo], packed: int, folder: Path, where: str, valid: str) -> list[Problem]:
-    """What speaks against unpacking so much; an entry never gives more bytes than its header says."""
+    """The reasons not to unpack so much; an entry never has more bytes than its header says."""
     size = sum(entry.file_size for entry in entries)
-    told = f"{size / 2**20:.0f} MiB in an archive of {packed / 2**20:.3g} MiB"
+    sizes = f"{size / 2**20:.0f} MiB in an archive of {packed / 2**20:.3g} MiB"
     if len(entries) > MOST_ENTRIES:
         return [Problem(where, f"{len(entries)} entries", f"at most {MOST_ENTRIES}")]
-    if size > LARGEST or (size > SUSPICIOUS and size > LARGEST_RATIO * packed):
-        return [Problem(where, f"a zip bomb ({told})", valid)]
+    if size > LARGEST_ARCHIVE or (size > SUSPICIOUS_SIZE and size > LARGEST_RATIO * packed):
+        return [Problem(where, f"a zip bomb ({sizes})", valid)]
     if size > shutil.disk_usage(folder).free:
-        return [Problem(where, told, f"what fits on the disk of {folder}", "Set TMPDIR to a folder with more room.")]
+        return [Problem(where, sizes, f"what fits on the disk of {folder}", "Set TMPDIR to a folder with more room.")]
     return []
 
 
 def parse_xml(content: bytes, where: str, valid: str) -> Any:
-    """The root element of an XML document. Raises `RequestError` with the line where it is not well-formed.
+    """The root element of an XML document.
 
-    Documents with a document type declaration are refused: neither FMI nor SSP has one, and it may expand without end
-    or reach for other files.
+    Documents with a document type declaration are refused: neither FMI nor SSP has one, and its entities may expand
+    without end or refer to other files.
+
+    Args:
+        content: The document.
+        where: The document, as messages name it.
+        valid: What it should be, as messages say it.
+
+    Raises:
+        RequestError: The document is not well-formed, in which case the message has the line, or has a document type
+            declaration.
     """
     declaration = "a document type declaration (DTD), whose entities could expand without end"
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
@@ -125,9 +157,10 @@ def parse_xml(content: bytes, where: str, valid: str) -> Any:
         if b"<!DOCTYPE" in content:
             raise refuse(where, declaration, valid) from error
         line = getattr(error, "lineno", None)
-        told = str(getattr(error, "msg", None) or error).partition(", line ")[0]
+        errors = parser.error_log.filter_from_errors()  # the exception has the line in its message too
+        reason = errors[0].message if errors else str(error)
         raise refuse(
-            f"{where}, line {line}" if line else where, f"XML that is not well-formed ({told})", valid
+            f"{where}, line {line}" if line else where, f"XML that is not well-formed ({reason})", valid
         ) from error
     if root.getroottree().docinfo.internalDTD is not None:
         raise refuse(where, declaration, valid)

@@ -14,7 +14,7 @@ from typing_extensions import override
 from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
-from fmus.lowering import Lowered, lower
+from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface
 from fmus.units.unit import Column, Operation, Unit, UnitError, positions
 
@@ -35,7 +35,7 @@ def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
     )
 
 
-def by_variable(lowered: Lowered, outputs: tuple[Variable, ...], inputs: tuple[Variable, ...]) -> Any:
+def by_variable(lowered: LoweredBlock, outputs: tuple[Variable, ...], inputs: tuple[Variable, ...]) -> Any:
     """The feedthrough of whole variables: true where any element of an input reaches any element of an output."""
     if not (outputs and inputs):
         return np.zeros((len(outputs), len(inputs)), dtype=bool)

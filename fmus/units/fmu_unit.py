@@ -22,7 +22,7 @@ from typing_extensions import override
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.record import Variable
-from fmus.reading.archive import VALID, Archive
+from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
 from fmus.toolchain.fmpy_library import (
@@ -76,7 +76,7 @@ class FmuUnit(Unit):
         try:
             made = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
             folder = Path(self._resources.enter_context(made)).resolve()
-            unpack(archive.path, folder, str(archive.path), VALID)
+            unpack(archive.path, folder, str(archive.path), VALID_FMU)
             self._fmu = loaded(self._kind(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
             self._make_instance()

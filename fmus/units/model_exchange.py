@@ -179,7 +179,7 @@ class ModelExchangeUnit(FmuUnit):
         return self._next_event is not None and not self._before(self._next_event)
 
     def _completed_step(self) -> bool:
-        if not self._archive.kind.needsCompletedIntegratorStep:
+        if not self._archive.interface_type.needsCompletedIntegratorStep:
             return False
         step_event, terminate = self._fmu.completedIntegratorStep()
         if terminate:

@@ -162,7 +162,7 @@ def test_link_error_shows_what_the_linker_says(
     def only_the_shim(_version: Version) -> tuple[str, ...]:
         return ("fmi2.c",)
 
-    monkeypatch.setattr(compilation, "runtime_units", only_the_shim)
+    monkeypatch.setattr(compilation, "runtime_files", only_the_shim)
     with pytest.raises(BuildError, match="undefined reference to `core_"):
         build(STATIONARY, Version.FMI2, stationary(start_of), tmp_path)
 

@@ -11,7 +11,7 @@ import pytest
 from components import BLOCKS
 from fmus.export import codegen
 from fmus.export.codegen import equations_source, variables_source
-from fmus.export.fmi_variables import interface_of
+from fmus.export.fmi_variables import fmi_variables_of
 from fmus.lowering import lower
 
 RAMP = BLOCKS["ramp_traffic"]
@@ -41,14 +41,14 @@ def test_generating_twice_gives_the_same_text() -> None:
 
 def test_value_references_count_all_elements_from_one() -> None:
     start = np.arange(72.0)
-    interface = interface_of(RAMP, sampled=False, start=start)
+    interface = fmi_variables_of(RAMP, sampled=False, start=start)
     references = [reference for v in interface for reference in v.references]
     assert references == list(range(1, len(references) + 1))
     assert [value for v in interface.parameters for value in v.start] == start.tolist()
 
 
 def test_start_parameters_are_fixed_and_others_tunable() -> None:
-    interface = interface_of(RAMP, sampled=False, start=np.zeros(72))
+    interface = fmi_variables_of(RAMP, sampled=False, start=np.zeros(72))
     found = {v.name: v.variability for v in interface}
     assert found["x_start"] == "fixed"
     assert found["v_final"] == "tunable"
@@ -57,12 +57,12 @@ def test_start_parameters_are_fixed_and_others_tunable() -> None:
 
 
 def test_outputs_of_a_sampled_block_are_discrete() -> None:
-    interface = interface_of(BLOCKS["coast"], sampled=True, start=np.zeros(0))
+    interface = fmi_variables_of(BLOCKS["coast"], sampled=True, start=np.zeros(0))
     assert {v.variability for v in interface.outputs} == {"discrete"}
 
 
 def test_table_has_every_element_and_its_variable() -> None:
-    interface = interface_of(RAMP, sampled=False, start=np.zeros(72))
+    interface = fmi_variables_of(RAMP, sampled=False, start=np.zeros(72))
     text = variables_source(interface, "token")
     assert '{"obstacles.valid", BOOLEAN, OUTPUT, ' in text
     assert '{"length", FLOAT64, TUNABLE_PARAMETER, 57, 8, 0.0, INFINITY}' in text

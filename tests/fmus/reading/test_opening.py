@@ -12,7 +12,7 @@ import pytest
 from fmpy import simulate_fmu
 
 from components.interfaces.problem import RequestError
-from fmus.reading.archive import VALID
+from fmus.reading.archive import VALID_FMU
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
@@ -82,11 +82,11 @@ def test_a_good_fmu_runs_without_a_remark(good):
 
 
 def test_files_that_are_no_fmus_are_refused(tmp_path):
-    assert refusal(tmp_path / "none.fmu") == f"none.fmu: found no such file; valid: {VALID}"
+    assert refusal(tmp_path / "none.fmu") == f"none.fmu: found no such file; valid: {VALID_FMU}"
     with zipfile.ZipFile(tmp_path / "other.fmu", "w") as archive:
         archive.writestr("readme.txt", "hello")
     assert refusal(tmp_path / "other.fmu") == (
-        f"other.fmu: found an archive without modelDescription.xml; valid: {VALID}"
+        f"other.fmu: found an archive without modelDescription.xml; valid: {VALID_FMU}"
     )
 
 
@@ -98,12 +98,12 @@ def test_damaged_and_cut_archives_are_refused_when_they_are_opened(good, tmp_pat
     path.write_bytes(bytes(content))
     assert refusal(path).startswith("m.fmu: found a corrupt archive (")
     path.write_bytes(good.read_bytes()[:-200])
-    assert refusal(path) == f"m.fmu: found a file that is no zip archive; valid: {VALID}"
+    assert refusal(path) == f"m.fmu: found a file that is no zip archive; valid: {VALID_FMU}"
 
 
 def test_entries_that_would_leave_the_folder_are_refused(good, tmp_path):
     path = copied(good, tmp_path / "m.fmu", {"../evil.txt": b"x"})
-    assert refusal(path) == f"m.fmu: found an entry that would leave the folder, ../evil.txt; valid: {VALID}"
+    assert refusal(path) == f"m.fmu: found an entry that would leave the folder, ../evil.txt; valid: {VALID_FMU}"
 
 
 def test_a_wrong_token_is_told_with_what_the_fmu_says(good, tmp_path, version):

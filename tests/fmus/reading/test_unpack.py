@@ -114,7 +114,7 @@ def test_files_can_be_read_without_unpacking_and_damage_to_others_is_noticed(tmp
 
 
 def test_zip_bombs_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(unpack, "SUSPICIOUS", 2**20)
+    monkeypatch.setattr(unpack, "SUSPICIOUS_SIZE", 2**20)
     path = archive(tmp_path / "a.zip", {"a.bin": bytes(4 * 2**20)})
     text = refusal(path, tmp_path / "o")
     assert text.startswith("a.zip: found a zip bomb (4 MiB in an archive of 0.00")

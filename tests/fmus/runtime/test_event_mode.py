@@ -21,7 +21,7 @@ from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import Variable
 from fmus.export.documentation import documentation
-from fmus.export.fmi_variables import interface_of
+from fmus.export.fmi_variables import fmi_variables_of
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -294,7 +294,7 @@ def test_sampled_blocks_have_a_fixed_periodic_clock_and_others_no_event_mode(bui
 
 def test_the_documentation_says_when_a_sampled_block_acts() -> None:
     page = {
-        (n, v): documentation(interface_of(BLOCKS[n], sampled=n == "coast", start=np.zeros(100)), v).decode()
+        (n, v): documentation(fmi_variables_of(BLOCKS[n], sampled=n == "coast", start=np.zeros(100)), v).decode()
         for n in ("coast", "bicycle")
         for v in Version
     }

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from components import BLOCKS
 from components.interfaces.block import Sampled
 from components.interfaces.record import pack, unpack
-from fmus.export.fmi_variables import interface_of
+from fmus.export.fmi_variables import fmi_variables_of
 from fmus.toolchain.version import Version
 from tests.fmus.fmu_driver import FmuDriver
 
@@ -111,7 +111,7 @@ def test_first_outputs_are_those_of_the_block(
     column = np.concatenate(
         [np.atleast_1d(np.asarray(v, dtype=float)).ravel() for v in start_of(name).values()] or [[]]
     )
-    inputs = interface_of(kind, sampled=issubclass(kind, Sampled), start=column).inputs
+    inputs = fmi_variables_of(kind, sampled=issubclass(kind, Sampled), start=column).inputs
     zero = unpack(kind.input_type, np.array([s for v in inputs for s in v.start]), kind.dimensions())
     expected = pack(block.output(block.start(), zero))
     assert driver.outputs() == pytest.approx(np.asarray(expected, dtype=float), abs=1e-12)

@@ -15,7 +15,7 @@ from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack
-from tests.fmus.reading.test_ports import VALUES, echo3, held
+from tests.fmus.reading.test_declared_variables import VALUES, echo3, held
 
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']

@@ -8,8 +8,8 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
+from fmus.reading.declared_variables import whole_name
 from fmus.reading.opening import open_fmu
-from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
 from orchestrator.results.parquet import read_columns, write_signals
 from orchestrator.stepping.master import Simulation, simulate

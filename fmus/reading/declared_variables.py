@@ -1,8 +1,8 @@
-"""The ports and parameters that a model description declares: type, unit, shape, range and start value of each.
+"""The inputs, outputs and parameters that a model description declares: type, unit, shape, range and start value.
 
-An array is one port, whatever the version of FMI: FMI 2.0's elements ``name[1]``, ``name[2]``, ... (also ``name[1,2]``,
-``name[1][2]``, and counted from 0) are put together where they fill their shape. A dot in a name is structure, also
-where the file says `flat`.
+An array is one variable in both versions of FMI: FMI 2.0's elements ``name[1]``, ``name[2]``, ... (also ``name[1,2]``,
+``name[1][2]``, and counted from 0) are joined where they fill their shape. A dot in a name is structure, also where the
+file declares its names as `flat`.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import partial
 from math import prod
 from typing import Any, Final
 
@@ -25,76 +26,102 @@ from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 
 LARGEST_ARRAY: Final = 10_000_000
-"""Elements of one variable; more would fill the memory before anything ran."""
+"""The most elements of one variable; more would fill the memory before anything runs."""
 
-_OLD_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
+_FMI2_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
 _ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _CAUSALITIES = {"input": "input", "output": "output", "parameter": "parameter", "structuralParameter": "parameter"}
 
 
 @dataclass(frozen=True)
-class Port:
+class DeclaredVariable:
     """One input, output or parameter of an FMU."""
 
     variable: Variable
     causality: str
     """`input`, `output`, `parameter` (structural ones too), or `initial` for a start value that may be set"""
     start: Any
-    """The start value in the shape of the variable; None if there is none"""
+    """The start value in the shape of the variable; None where there is none"""
     references: list[int]
     """Value references: one per element in FMI 2.0, one in all in FMI 3.0"""
     structural: bool = False
+    """Whether it is a structural parameter"""
     clocks: tuple[int, ...] = ()
     """Value references of the clocks that the variable belongs to"""
 
 
-def ports(root: Any, description: ModelDescription, version: Version, values: Mapping[str, Any]) -> list[Port]:
-    """All ports; `values` of structural parameters give the lengths of arrays that depend on them."""
-    units = {str(unit.name): _base(unit.baseUnit) for unit in description.unitDefinitions if unit.baseUnit is not None}
-    wanted = {d.valueReference for v in description.modelVariables for d in v.dimensions}
-    lengths = {
+def declared_variables(
+    root: Any, model: ModelDescription, version: Version, values: Mapping[str, Any]
+) -> list[DeclaredVariable]:
+    """All inputs, outputs and parameters, and the other variables whose start value may be set.
+
+    Args:
+        root: The root element of the model description.
+        model: The model description.
+        version: The version of FMI.
+        values: The values of parameters that are given; those of structural ones are lengths of arrays.
+
+    Raises:
+        ValueError: A start value or a limit is no value of its type, or an array is too large.
+        LookupError, TypeError, AttributeError: The description breaks the schema.
+    """
+    read = partial(
+        _declared_variable,
+        units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
+        lengths=_lengths(model, values),
+        starts={
+            v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")
+        },
+    )
+    visible = [
+        read(v)
+        for v in model.modelVariables
+        if v.causality in _CAUSALITIES and v.type != "Clock" and not _is_second_name(v)
+    ]
+    settable = [replace(read(v), causality="initial") for v in _settable(model)]
+    if version == Version.FMI2:
+        visible, settable = list(_arrays(visible)), list(_arrays(settable))
+    known = {v.variable.name for v in visible if v.causality != "output"}
+    outputs = {v.variable.name: v.references for v in visible if v.causality == "output"}
+    # What has the name of an output but other references is only a part of an array, whose start value cannot be set.
+    return visible + [
+        v
+        for v in settable
+        if v.variable.name not in known and outputs.get(v.variable.name, v.references) == v.references
+    ]
+
+
+def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
+    """The lengths of arrays that are values of variables, by the value references of these."""
+    wanted = {d.valueReference for v in model.modelVariables for d in v.dimensions}
+    return {
         v.valueReference: _length(values.get(v.name), v)
-        for v in description.modelVariables
+        for v in model.modelVariables
         if v.valueReference in wanted and v.start is not None
     }
-    texts = {v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")}
-    found = [
-        _port(variable, units, lengths, texts)
-        for variable in description.modelVariables
-        if variable.causality in _CAUSALITIES and variable.type != "Clock" and not _is_second_name(variable)
-    ]
-    found = list(_arrays(found)) if version == Version.FMI2 else found
-    known = {p.variable.name for p in found if p.causality != "output"}
-    outputs = {p.variable.name: p.references for p in found if p.causality == "output"}
-    starts = [replace(_port(v, units, lengths, texts), causality="initial") for v in _settable(description)]
-    starts = list(_arrays(starts)) if version == Version.FMI2 else starts
-    # what shares its name with an output is the same variable, or some elements of an array: then it stays unset
-    return found + [
-        p for p in starts if p.variable.name not in known and outputs.get(p.variable.name, p.references) == p.references
-    ]
 
 
-def _settable(description: ModelDescription) -> Iterator[Any]:
+def _settable(model: ModelDescription) -> Iterator[Any]:
     """Outputs and local variables whose start value may be set before the initialisation."""
-    for v in description.modelVariables:
+    for v in model.modelVariables:
         hidden = v.causality in ("output", "local", None) and v.initial in ("exact", "approx")
         if hidden and v.variability != "constant" and v.type != "Clock" and v.alias is None:
             yield v
 
 
 def _is_second_name(variable: Any) -> bool:
-    """Whether it is an alias of what is set: one value has one source. Outputs can be read by any of their names."""
+    """Whether it is an alias of a variable that is set, which can be set only once; outputs can be read by any name."""
     return variable.alias is not None and variable.causality != "output"
 
 
-def aliases(description: ModelDescription) -> dict[str, str]:
-    """The variable that each alias of FMI 3.0 is another name of."""
-    return {v.name: v.alias.name for v in description.modelVariables if v.alias is not None}
+def aliases(model: ModelDescription) -> dict[str, str]:
+    """The variable for which each alias of FMI 3.0 is another name."""
+    return {v.name: v.alias.name for v in model.modelVariables if v.alias is not None}
 
 
 def _length(given: Any, variable: Any) -> int:
-    """The value of what may be the length of arrays; one that is none is told with the other parameters."""
+    """The length of arrays that a variable is; a given value that is none is reported with the other parameters."""
     if isinstance(given, int) and given >= 0 and variable.causality == "structuralParameter":
         return given
     return _read(variable.start, Type.UINT64, variable.name, "start value")
@@ -105,18 +132,26 @@ def _base(unit: Any) -> BaseUnit:
     return BaseUnit(exponents, float(unit.factor), float(unit.offset))
 
 
-def _port(
-    variable: Any, units: Mapping[str, BaseUnit], lengths: Mapping[int, int], texts: Mapping[str, list[str]]
-) -> Port:
+def _declared_variable(
+    variable: Any, *, units: Mapping[str, BaseUnit], lengths: Mapping[int, int], starts: Mapping[str, list[str]]
+) -> DeclaredVariable:
+    """A variable with its shape and start value.
+
+    Args:
+        variable: The variable, as FMPy reads it.
+        units: The unit definitions.
+        lengths: The lengths of arrays that are values of variables, by the value references of these.
+        starts: The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names.
+    """
     shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in variable.dimensions)
     if prod(shape) > LARGEST_ARRAY:
         raise ValueError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     quantity = _quantity(variable, shape, units)
-    given = texts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
+    given = starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:
         given = " ".join(given).split()
     start = [_read(text, quantity.type, variable.name, "start value") for text in given]
-    return Port(
+    return DeclaredVariable(
         Variable(variable.name, quantity),
         _CAUSALITIES.get(variable.causality, ""),
         _shaped(start, quantity) if start else None,
@@ -127,7 +162,7 @@ def _port(
 
 
 def _shaped(start: list[Any], quantity: Quantity) -> Any:
-    """Start values in the shape of their variable; a single one is that of all elements."""
+    """Start values in the shape of their variable; a single one is the start value of all elements."""
     if not quantity.shape:
         return start[0]
     return np.resize(np.array(start, dtype=DTYPES[quantity.type]), Variable("", quantity).shape)
@@ -135,17 +170,17 @@ def _shaped(start: list[Any], quantity: Quantity) -> Any:
 
 def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUnit]) -> Quantity:
     declared = variable.declaredType
-    kind = _OLD_TYPES.get(variable.type) or Type(variable.type)
-    unit = (variable.unit or (declared.unit if declared else None) or "") if kind.is_float else "1"
+    value_type = _FMI2_TYPES.get(variable.type) or Type(variable.type)
+    unit = (variable.unit or (declared.unit if declared else None) or "") if value_type.is_float else "1"
     limits = [getattr(variable, n) or (getattr(declared, n) if declared else None) for n in ("min", "max")]
     low, high = (
-        None if b is None or kind is Type.ENUMERATION else _read(b, Type.FLOAT64, variable.name, "limit")
+        None if b is None or value_type is Type.ENUMERATION else _read(b, Type.FLOAT64, variable.name, "limit")
         for b in limits
     )
     return Quantity(
         unit,
         variable.description or variable.name,
-        kind,
+        value_type,
         shape,
         low,
         high,
@@ -158,27 +193,28 @@ def _enumeration(declared: Any) -> type[IntEnum]:
     items = {item.name: int(item.value) for item in declared.items}
     try:
         return IntEnum(declared.name, items)  # type: ignore[return-value]
-    except ValueError:  # a name that Python keeps for itself
+    except ValueError:  # the name of an item is reserved in Python
         return IntEnum(declared.name, {f"item {value}": value for value in items.values()})  # type: ignore[return-value]
 
 
-def _read(text: str, kind: Type, name: str, what: str) -> Any:
-    """What a text says that the file gives as the start value, or a limit, of a variable."""
+def _read(text: str, value_type: Type, name: str, what: str) -> Any:
+    """The value of a text; `what` says for messages which one of the variable it is."""
     try:
-        if kind is Type.BOOLEAN:
+        if value_type is Type.BOOLEAN:
             return _BOOLEANS[text.lower()]
-        if kind is Type.STRING:
+        if value_type is Type.STRING:
             return text
-        if kind is Type.BINARY:
+        if value_type is Type.BINARY:
             return bytes.fromhex(text)
-        return float(text) if kind.is_float else DTYPES[kind](text).item()  # only what its width can hold
+        # numpy refuses integers that do not fit the width of the type
+        return float(text) if value_type.is_float else DTYPES[value_type](text).item()
     except (ValueError, LookupError, OverflowError) as error:
         raise ValueError(f"`{name}` with the {what} `{text}`") from error
 
 
-def _arrays(scalars: Iterable[Port]) -> Iterator[Port]:
-    """Elements as arrays again; what does not fill its shape, or differs in type or unit, stays scalar."""
-    grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], Port]]] = {}
+def _arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
+    """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar."""
+    grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], DeclaredVariable]]] = {}
     for scalar in scalars:
         match = _ELEMENT.fullmatch(scalar.variable.name)
         name = match["name"] if match else scalar.variable.name
@@ -188,7 +224,7 @@ def _arrays(scalars: Iterable[Port]) -> Iterator[Port]:
         yield from _joined(name, elements)
 
 
-def _joined(name: str, elements: list[tuple[tuple[int, ...], Port]]) -> Iterator[Port]:
+def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]]) -> Iterator[DeclaredVariable]:
     parts = [part for _, part in sorted(elements, key=lambda element: element[0])]
     indices = sorted(index for index, _ in elements)
     first = indices[0]
@@ -210,7 +246,15 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], Port]]) -> Iterator
 
 
 def whole_name(name: str, known: Mapping[str, Any]) -> str | None:
-    """The array among `known` that an element belongs to, or the name itself; None where neither is known."""
+    """The variable that a name stands for: itself, or the array of which it names an element.
+
+    Args:
+        name: The name.
+        known: The variables, by name.
+
+    Returns:
+        The name of the variable; None where there is none.
+    """
     if name in known:
         return name
     match = _ELEMENT.fullmatch(name)

@@ -1,4 +1,4 @@
-"""The C sources of an FMU, and how an importer compiles them again."""
+"""The C sources of an FMU, and the description by which an importer compiles them again."""
 
 from __future__ import annotations
 
@@ -27,29 +27,33 @@ _FMI_HEADERS: Final = MappingProxyType(
 )
 
 
-def runtime_units(version: Version) -> tuple[str, ...]:
-    """The C files of the runtime that make up an FMU of this version."""
+def runtime_files(version: Version) -> tuple[str, ...]:
+    """The C files of the runtime that are compiled into an FMU of this version of FMI."""
     return (*_CORE, *_SHIMS[version])
 
 
 def compiled_files(version: Version) -> tuple[str, ...]:
-    """All C files that are compiled into an FMU of this version, in the order of its build description."""
-    return (*GENERATED, *runtime_units(version))
+    """All C files that are compiled into an FMU of this version of FMI, in the order of its build description."""
+    return (*GENERATED, *runtime_files(version))
 
 
 @cache
 def runtime_sources(version: Version) -> MappingProxyType[str, bytes]:
-    """The runtime's C files and headers by name; the FMI headers come, with their licence, from FMPy's package data."""
-    from fmus.toolchain.fmpy_library import C_HEADERS  # noqa: PLC0415 - an FMU that is up to date does without FMPy
+    """The runtime's C files and headers by name, with the headers of FMI, in which each carries its licence."""
+    from fmus.toolchain.fmpy_library import C_HEADERS  # noqa: PLC0415 - FMUs that are up to date need no FMPy
 
     own = files("fmus") / "runtime"
-    found = {name: (own / name).read_bytes() for name in (*runtime_units(version), *_OWN_HEADERS)}
-    found |= {name: (C_HEADERS / name).read_bytes() for name in _FMI_HEADERS[version]}
-    return MappingProxyType(found)
+    sources = {name: (own / name).read_bytes() for name in (*runtime_files(version), *_OWN_HEADERS)}
+    sources |= {name: (C_HEADERS / name).read_bytes() for name in _FMI_HEADERS[version]}
+    return MappingProxyType(sources)
 
 
 def build_description(identifier: str) -> bytes:
-    """sources/buildDescription.xml of FMI 3.0."""
+    """The buildDescription.xml of FMI 3.0.
+
+    Args:
+        identifier: The model identifier, which is the name of the library too.
+    """
     root = etree.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = etree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     file_set = etree.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=" ".join(FLAGS))
