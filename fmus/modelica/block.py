@@ -1,4 +1,4 @@
-"""A Modelica model as a block: from there on it is built, checked and run like every other."""
+"""A Modelica model as a block, which is built, checked and run as every other block is."""
 # pyright: basic
 # CasADi carries no types, and the records of a model are made while it is read.
 
@@ -14,6 +14,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from components.interfaces.unit_strings import base_unit
 
 from components.interfaces.block import Block, Continuous, block
 from components.interfaces.problem import Problem, raise_if_any
@@ -22,24 +23,31 @@ from components.interfaces.record import Variable, pack, record, unpack
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from components.interfaces.units_of_measurement import base_unit
-from fmus.modelica.explicit import Explicit, explicit
+from fmus.modelica.explicit import ExplicitModel, explicit
 from fmus.modelica.expressions import Expressions
 from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read
 
 
 @dataclass(frozen=True)
 class ModelicaBlock:
-    """A block made of a Modelica model, and the values that the model gives its parameters."""
+    """A block made of a Modelica model, with the values that the model gives its parameters."""
 
     block: type[Block[Any, Any, Any]]
     start: Mapping[str, Any]
 
 
 def modelica_block(path: Path, model: str | None = None, socket: str | None = None) -> ModelicaBlock:
-    """The block of a Modelica file: of `model`, or of its only one, for `socket`, or for the one it fits best.
+    """The block of a Modelica model.
 
     The block's name is the model's full name with underscores. It is integrated as all continuous blocks are.
-    Raises `RequestError` for a model that is no block, or that says what blocks cannot do.
+
+    Args:
+        path: The file.
+        model: The model's name; None for the only model of the file.
+        socket: The name of the socket that the block is for; None for the one that it fits best.
+
+    Raises:
+        RequestError: The model does not fit the socket, or has what a block cannot express.
     """
     flat = read(path, model)
     solved = explicit(flat)
@@ -50,13 +58,13 @@ def modelica_block(path: Path, model: str | None = None, socket: str | None = No
     fitting = [SOCKETS[socket]] if socket else list(SOCKETS.values())
     chosen = min(fitting, key=lambda s: len(s.problems("", inputs, outputs)))
     raise_if_any(_placed(flat, chosen.problems(flat.name, inputs, outputs)))
-    made = _block(flat, solved, chosen, (inputs, states, outputs), parameters)
+    cls = _block(flat, solved, chosen, (inputs, states, outputs), parameters)
     start = {_own(v): _number(v, v.binding) for v in solved.parameters if v.binding is not None}
-    return ModelicaBlock(made, start)
+    return ModelicaBlock(cls, start)
 
 
 def _placed(flat: FlatModel, problems: list[Problem]) -> list[Problem]:
-    """Problems of a socket, with the file that the model is in."""
+    """Problems of a socket, with the file of the model."""
     return [dataclasses.replace(p, where=f"{flat.place}: {p.where}") for p in problems]
 
 
@@ -70,7 +78,7 @@ def _problems(variables: Sequence[FlatVariable]) -> Iterator[Problem]:
 
 
 def _own(v: FlatVariable) -> str:
-    """The name of a parameter or a state of the block: parameters of components lose their dots."""
+    """The name of a parameter or a state of the block, in which the dots of components become underscores."""
     return re.sub(r"\W+", "_", v.name).strip("_")
 
 
@@ -80,22 +88,26 @@ def _variable(v: FlatVariable, name: str) -> Variable:
 
 
 def _number(v: FlatVariable, tree: Tree, shape: tuple[int, ...] | None = None) -> Any:
-    """The value of an expression of plain numbers, as a value of the variable. Raises `RequestError` for names."""
-    found = np.asarray(ca.DM(Expressions({}, {}).value(tree, v.place)), dtype=float).ravel()
+    """The value of an expression of plain numbers, as a value of the variable.
+
+    Raises:
+        RequestError: The expression has names in it.
+    """
+    numbers = np.asarray(ca.DM(Expressions({}, {}).value(tree, v.place)), dtype=float).ravel()
     shape = v.shape if shape is None else shape
     if shape:
-        return np.resize(found, shape).tolist()
-    return {Type.BOOLEAN: bool, Type.INT32: int}.get(v.type, float)(found[0])
+        return np.resize(numbers, shape).tolist()
+    return {Type.BOOLEAN: bool, Type.INT32: int}.get(v.type, float)(numbers[0])
 
 
 def _block(
     flat: FlatModel,
-    solved: Explicit,
+    solved: ExplicitModel,
     socket: Socket,
     buses: tuple[list[Variable], list[Variable], list[Variable]],
     parameters: Sequence[Variable],
 ) -> type[Block[Any, Any, Any]]:
-    """The class: its equations are the functions of the model."""
+    """The class of the block, whose equations are the functions of the model."""
     inputs, states, outputs = (_record(f"{flat.name}_{n}", vs) for n, vs in zip(("u", "x", "y"), buses, strict=True))
 
     def evaluate(self: Any, x: Any, u: Any) -> tuple[Any, Any]:
@@ -120,14 +132,14 @@ def _block(
         "output": output,
         **_fields(parameters),
     }
-    made: Any = types.new_class(name, (Continuous[inputs, states, outputs],), {}, lambda n: n.update(body))
-    made = block(socket)(made)
-    made.name = name
-    return made
+    cls: Any = types.new_class(name, (Continuous[inputs, states, outputs],), {}, lambda n: n.update(body))
+    cls = block(socket)(cls)
+    cls.name = name
+    return cls
 
 
 def _argument(value: Any) -> Any:
-    """A record as a column, also when it is empty."""
+    """A record as a column, which may be empty."""
     column = pack(value)
     return ca.DM(column) if isinstance(column, np.ndarray) else column
 
@@ -137,7 +149,7 @@ def _result(column: Any) -> Any:
 
 
 def _record(name: str, variables: Sequence[Variable]) -> Any:
-    """A record class with these variables; dots make records within it."""
+    """A record class with these variables, in which dots in names make nested records."""
     body = {"__doc__": name, "__module__": __name__, **_fields(variables)}
     return record(type(name.replace(".", "_"), (), body))
 

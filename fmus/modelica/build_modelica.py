@@ -18,11 +18,19 @@ def is_modelica(request: str) -> bool:
 
 
 def build_modelica(request: str, version: Version, folder: Path, socket: str | None = None) -> Built:
-    """Build the FMU of a Modelica model as `build` does; `socket` is what it has to fit, any if not given.
+    """Build the FMU of a Modelica model, as `build` does.
 
-    Raises `RequestError` for a model that cannot become a block, or one with parameters that have no value.
+    Args:
+        request: The file, or the file and the model, as `is_modelica` accepts them.
+        version: The version of FMI.
+        folder: The folder of all FMUs.
+        socket: The name of the socket that the model is for; None for the one that it fits best.
+
+    Raises:
+        RequestError: The model cannot become a block, or has parameters without a value.
+        BuildError: The C compiler fails.
     """
     match = _REQUEST.fullmatch(request)
     assert match is not None, request  # noqa: S101 - the caller asks `is_modelica` first
-    made = modelica_block(Path(match["file"]), match["model"], socket)
-    return build(made.block, version, made.start, folder)
+    model = modelica_block(Path(match["file"]), match["model"], socket)
+    return build(model.block, version, model.start, folder)

@@ -16,8 +16,8 @@ from fmus.modelica.flat import EXPLICIT, Equation, FlatModel, FlatVariable, name
 
 
 @dataclass(frozen=True)
-class Explicit:
-    """The functions of a model, of columns in the order of the variables beside them."""
+class ExplicitModel:
+    """A model as functions of columns, each in the order of its variables."""
 
     parameters: tuple[FlatVariable, ...]
     states: tuple[FlatVariable, ...]
@@ -39,12 +39,12 @@ class _Scalar:
 
     @property
     def symbols(self) -> set[int]:
-        """The symbols in it."""
+        """The hashes of the symbols in it."""
         return {s.element_hash() for s in ca.symvar(ca.vertcat(self.left, self.right))}
 
 
-Solved = list[tuple[Any, Any]]
-"""Symbols with what they are, each in terms of what is known and of those before it."""
+Solution = list[tuple[Any, Any]]
+"""Symbols and their values, each in terms of known symbols and of the symbols before it"""
 
 
 class _Model:
@@ -63,15 +63,15 @@ class _Model:
         self._dependents()
 
     def of(self, *roles: str) -> list[FlatVariable]:
-        """The variables of some roles, in the order of the model."""
+        """The variables that have one of some roles, in the order of the model."""
         return [v for v in self.flat.variables.values() if v.role in roles]
 
     def column(self, variables: Iterable[FlatVariable]) -> Any:
-        """The columns of some variables, one below the other."""
+        """The columns of some variables, one below the other; also for none."""
         return ca.vertcat(ca.SX(0, 1), *(self.columns[v.name] for v in variables))
 
     def _dependents(self) -> None:
-        """Constants and parameters that others give, in whichever order they stand in the model."""
+        """Evaluate constants, and parameters that others determine, whatever their order in the model is."""
         waiting = self.of("dependent")
         while waiting:
             ready = [v for v in waiting if v.binding is not None and not names(v.binding) & {w.name for w in waiting}]
@@ -84,8 +84,12 @@ class _Model:
             waiting = [v for v in waiting if v not in ready]
 
     def scalars(self, equations: Sequence[Equation]) -> list[_Scalar]:
-        """All equations, element by element. Raises one `RequestError` with all that is not supported."""
-        found: list[_Scalar] = []
+        """All equations, element by element.
+
+        Raises:
+            RequestError: Expressions are not supported; the error has all of them.
+        """
+        scalars: list[_Scalar] = []
         problems: list[Problem] = []
         for e in equations:
             try:
@@ -95,23 +99,27 @@ class _Model:
                 continue
             n = max(left.numel(), right.numel())
             sides = (ca.vertsplit(_repeated(side, n)) for side in (left, right))
-            found += [_Scalar(a, b, e.place) for a, b in zip(*sides, strict=True)]
+            scalars += [_Scalar(a, b, e.place) for a, b in zip(*sides, strict=True)]
         raise_if_any(problems)
-        return found
+        return scalars
 
 
-def explicit(flat: FlatModel) -> Explicit:
-    """Solve a model's equations one after the other. Raises `RequestError` where that is not possible."""
+def explicit(flat: FlatModel) -> ExplicitModel:
+    """Solve a model's equations one after the other.
+
+    Raises:
+        RequestError: The equations cannot be solved in this way, or are not supported.
+    """
     model = _Model(flat)
     p, u = model.of("parameter"), model.of("input")
     y = model.of("output")
     named = {v.name for v in model.states}
     unknown = [v for v in model.of("output", "local") if v.name not in named]
     rates = ca.vertcat(ca.SX(0, 1), *model.derivatives.values())
-    solved = _solved(model.scalars(flat.equations), ca.vertcat(rates, model.column(unknown)), flat.place)
+    solved = _solution(model.scalars(flat.equations), ca.vertcat(rates, model.column(unknown)), flat.place)
     x, inputs, given = model.column(model.states), model.column(u), model.column(p)
     dx, outputs = _inserted(solved, [rates, model.column(y)])
-    return Explicit(
+    return ExplicitModel(
         parameters=tuple(p),
         states=tuple(model.states),
         inputs=tuple(u),
@@ -121,10 +129,10 @@ def explicit(flat: FlatModel) -> Explicit:
     )
 
 
-def _start(model: _Model, solved: Solved) -> Any:
-    """The initial state: what the initial equations give, else the start values."""
+def _start(model: _Model, solved: Solution) -> Any:
+    """The initial state: the solution of the initial equations, and start values where these leave it open."""
     free: list[Any] = []
-    begin: Solved = []
+    begin: Solution = []
     for v in model.states:
         value = model.expressions.value(v.start, v.place) if v.start is not None else ca.SX(0.0)
         symbols = ca.vertsplit(model.columns[v.name])
@@ -134,7 +142,7 @@ def _start(model: _Model, solved: Solved) -> Any:
     for e in model.scalars(model.flat.initial):
         left, right = _inserted(solved, [e.left, e.right])
         equations.append(_Scalar(left, right, e.place))
-    given = _solved(equations, ca.vertcat(ca.SX(0, 1), *free), model.flat.place, complete=False)
+    given = _solution(equations, ca.vertcat(ca.SX(0, 1), *free), model.flat.place, complete=False)
     taken = {symbol.element_hash() for symbol, _ in given}
     (x,) = _inserted([*(b for b in begin if b[0].element_hash() not in taken), *given], [model.column(model.states)])
     allowed = {s.element_hash() for s in ca.symvar(model.column(model.of("parameter")))}
@@ -145,11 +153,11 @@ def _start(model: _Model, solved: Solved) -> Any:
     return x
 
 
-def _solved(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bool = True) -> Solved:
-    """Each unknown from an equation in which it is the only one left."""
+def _solution(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bool = True) -> Solution:
+    """The unknowns, each from an equation in which it is the only one that is not solved yet."""
     remaining = {s.element_hash(): s for s in ca.symvar(unknowns)}
     waiting = [(e, e.symbols) for e in equations]
-    found: Solved = []
+    solution: Solution = []
     while waiting:
         lefts = [symbols & remaining.keys() for _, symbols in waiting]
         ready = next((i for i, left in enumerate(lefts) if len(left) <= 1), None)
@@ -159,11 +167,11 @@ def _solved(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bo
         if not lefts[ready]:
             raise refuse(equation.place, "an equation without an unknown that is left to it", EXPLICIT)
         symbol = remaining.pop(lefts[ready].pop())
-        found.append((symbol, _isolated(equation, symbol)))
+        solution.append((symbol, _isolated(equation, symbol)))
     if remaining and complete:
         missing = ", ".join(f"`{s.name()}`" for s in remaining.values())
         raise refuse(place, f"no equation for {missing}", "one equation per unknown")
-    return found
+    return solution
 
 
 def _loop(equations: list[_Scalar], unknowns: list[Any]) -> RequestError:
@@ -174,7 +182,7 @@ def _loop(equations: list[_Scalar], unknowns: list[Any]) -> RequestError:
 
 
 def _isolated(equation: _Scalar, symbol: Any) -> Any:
-    """The symbol, from an equation that is linear in it."""
+    """The value of a symbol, from an equation that is linear in it."""
     for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
         if ca.is_equal(side, symbol) and not ca.depends_on(other, symbol):
             return other
@@ -185,8 +193,8 @@ def _isolated(equation: _Scalar, symbol: Any) -> Any:
     return -ca.substitute(rest, symbol, 0) / slope
 
 
-def _inserted(solved: Solved, expressions: list[Any]) -> list[Any]:
-    """Expressions with every solved symbol replaced."""
+def _inserted(solved: Solution, expressions: list[Any]) -> list[Any]:
+    """Expressions in which each solved symbol is replaced by its value."""
     if not solved:
         return expressions
     symbols, values = zip(*solved, strict=True)
@@ -194,7 +202,7 @@ def _inserted(solved: Solved, expressions: list[Any]) -> list[Any]:
 
 
 def _repeated(value: Any, n: int) -> Any:
-    """A column of `n` elements; a scalar stands for all of them."""
+    """A column of `n` elements; a scalar is repeated."""
     return value if value.numel() == n else ca.repmat(value, n, 1)
 
 

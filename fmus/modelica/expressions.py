@@ -1,4 +1,4 @@
-"""Expressions of a flat Modelica model as CasADi expressions: one column per variable."""
+"""Expressions of a flat Modelica model as CasADi expressions; each variable is a column."""
 # pyright: basic
 # CasADi carries no types, and rumoca's trees are plain dictionaries; everything that leaves this file is annotated.
 
@@ -28,7 +28,7 @@ _OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "Or": ca.logic_or,
 }
 _OF_SCALARS: Final = ("Mul", "Div", "Exp")
-"""Operators that mean something else, or nothing, between two arrays."""
+"""Operators that have another meaning, or none, between two arrays"""
 _SIGNS: Final[Mapping[str, Callable[[Any], Any]]] = {"Plus": lambda a: a, "Minus": lambda a: -a, "Not": ca.logic_not}
 _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     **{
@@ -51,9 +51,13 @@ FUNCTIONS: Final = choices(sorted([*(name[0].lower() + name[1:] for name in _FUN
 
 
 class Expressions:
-    """What every name means, and from that what every expression means.
+    """The values of expressions.
 
-    Relations are evaluated where they stand, without events: `noEvent` and `smooth` change nothing.
+    Relations are evaluated as they are, without events, so that `noEvent` and `smooth` change nothing.
+
+    Args:
+        columns: The value of each variable, a column.
+        derivatives: The derivative of each state, a column.
     """
 
     def __init__(self, columns: Mapping[str, Any], derivatives: Mapping[str, Any]) -> None:
@@ -61,7 +65,15 @@ class Expressions:
         self._derivatives = derivatives
 
     def value(self, tree: Tree, place: str) -> Any:
-        """The column of an expression; `place` is where its equation stands. Raises `RequestError`."""
+        """The value of an expression, a column.
+
+        Args:
+            tree: The expression.
+            place: The file and line of its equation.
+
+        Raises:
+            RequestError: The expression is not supported, or has a name that is not known.
+        """
         ((form, node),) = tree.items()
         known: Mapping[str, Callable[[Any, str], Any]] = {
             "Literal": _literal,
@@ -104,7 +116,7 @@ class Expressions:
             raise refuse(place, f"the function `{called}`" + (" of an array" if of_array else ""), FUNCTIONS)
         try:
             return _FUNCTIONS[name](*arguments)
-        except (TypeError, RuntimeError, NotImplementedError) as error:  # what CasADi makes of it
+        except (TypeError, RuntimeError, NotImplementedError) as error:  # by CasADi
             valid = "scalars and one-dimensional arrays; a length that a number or a constant gives"
             raise refuse(place, f"arguments that `{called}` cannot take here", valid) from error
 
@@ -132,7 +144,7 @@ def _element(node: Any, place: str, columns: Mapping[str, Any]) -> Any:
 
 
 def states_in(tree: Any) -> set[str]:
-    """The names of all variables whose derivative occurs in a tree."""
+    """The names of all variables whose derivatives are in a tree."""
     calls = (node["BuiltinCall"] for node in nodes(tree) if "BuiltinCall" in node)
     derived = (call["args"][0] for call in calls if call["function"] == "Der")
     return {argument["VarRef"]["name"]["name"] for argument in derived if "VarRef" in argument}

@@ -1,7 +1,6 @@
-"""Modelica files, read, checked and flattened by rumoca; what our blocks cannot do is refused by file and line.
+"""Flat Modelica models: what rumoca makes of a file, as variables and equations.
 
-We read rumoca's syntax tree of the flat model rather than the base-modelica text that is printed from it: the text
-leaves out `when` and `algorithm`, gives a parameter without a value the value 0, and has no line numbers.
+What a block cannot express is refused, with its file and line.
 """
 # pyright: basic
 # rumoca's trees are plain dictionaries; everything that leaves this file is annotated.
@@ -19,13 +18,14 @@ from typing import Any, Literal, TypeAlias
 import components.interfaces
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Type
+from fmus.modelica.rumoca_library import compiled_model
 
 Tree: TypeAlias = Mapping[str, Any]
-"""An expression: one key that says what it is, with its parts."""
+"""An expression of rumoca: one key, which names its form, with its parts"""
 VariableRole: TypeAlias = Literal["input", "output", "parameter", "dependent", "local"]
 
 _TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32, "Boolean": Type.BOOLEAN}
-_LEFT_OUT = {
+_UNSUPPORTED = {
     "when_chains": "a `when` equation",
     "algorithms": "an `algorithm` section",
     "initial_algorithms": "an `initial algorithm` section",
@@ -44,7 +44,7 @@ class FlatVariable:
     type: Type
     shape: tuple[int, ...]
     role: VariableRole
-    """`dependent`: a constant, a protected or final parameter, or one that others give"""
+    """`dependent`: a constant, a protected or final parameter, or one that others determine"""
     unit: str
     description: str
     low: Tree | None
@@ -53,11 +53,12 @@ class FlatVariable:
     fixed: bool
     binding: Tree | None
     place: str
+    """The file and line of the declaration"""
 
 
 @dataclass(frozen=True)
 class Equation:
-    """Both sides of an equation, and the file and line where it stands."""
+    """Both sides of an equation, and its file and line."""
 
     left: Tree
     right: Tree
@@ -66,12 +67,12 @@ class Equation:
 
 @dataclass(frozen=True)
 class FlatModel:
-    """A model without classes: variables and equations only."""
+    """A model without classes: it has only variables and equations."""
 
     name: str
     summary: str
     definition: str
-    """Digest of all texts that it was made from, and of what read them"""
+    """Digest of all texts that it was made from, and of the version of rumoca"""
     place: str
     variables: Mapping[str, FlatVariable]
     equations: tuple[Equation, ...]
@@ -79,23 +80,32 @@ class FlatModel:
 
 
 def library() -> Path:
-    """The Modelica package with the sockets, which every model may use."""
+    """The Modelica package with the interfaces of the sockets, which every model may use."""
     return Path(components.interfaces.__path__[0]).parent / "modelica" / "MacroStep"
 
 
 def read(path: Path, model: str | None = None) -> FlatModel:
-    """Flatten `model`, or the only model of the file. Raises `RequestError` for whatever is not supported, at once."""
+    """Flatten a Modelica model.
+
+    Args:
+        path: The file.
+        model: The model's name; None for the only model of the file.
+
+    Raises:
+        RequestError: The model does not compile, or is not supported; the error has all that is not supported.
+    """
     if not path.is_file():
         raise refuse(str(path), "no such file", "a Modelica file (.mo)")
-    name, flat, files = _compiled(path, model)
-    places = _Places(files, str(path))
-    raise_if_any(_left_out(flat, places))
+    compiled = compiled_model(path, model, library())
+    name, flat = compiled.name, compiled.flat
+    places = _Places(compiled.sources, str(path))
+    raise_if_any(_unsupported(flat, places))
     variables = {v["name"]: _variable(v, flat, places) for v in flat["variables"].values()}
     raise_if_any(_bound_inputs(variables.values()))
     return FlatModel(
         name=name,
         summary=flat["model_description"] or name,
-        definition=_digest(name, files),
+        definition=_digest(name, compiled.sources),
         place=str(path),
         variables=variables,
         equations=(*_equations(flat["equations"], places), *_bindings(variables.values())),
@@ -104,7 +114,7 @@ def read(path: Path, model: str | None = None) -> FlatModel:
 
 
 def nodes(tree: Any) -> Iterator[Mapping[str, Any]]:
-    """All parts of one of rumoca's trees, each before the parts in it."""
+    """All nodes of one of rumoca's trees, each before those in it."""
     if isinstance(tree, dict):
         yield tree
     for part in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
@@ -116,47 +126,15 @@ def names(tree: Any) -> set[str]:
     return {node["VarRef"]["name"]["name"] for node in nodes(tree) if "VarRef" in node}
 
 
-def _compiled(path: Path, model: str | None) -> tuple[str, Tree, list[tuple[int, str, str]]]:
-    """Name, flat syntax tree and sources (number, name, text) of a model.
-
-    rumoca's own object ends here: no other thread may let go of it, and an exception would hand it on to any.
-    """
-    try:
-        import rumoca  # noqa: PLC0415 - an extra, and large
-    except ImportError as error:
-        remedy = "Install macrostep[modelica]."
-        raise refuse(str(path), "a Modelica file, and no rumoca to read it", "rumoca", remedy) from error
-    try:
-        made = rumoca.Session([str(library())]).load(str(path), model=model)
-        return made.name, made.to_dict("flat"), made.to_dict("dae")["source_map"]["files"]
-    except rumoca.RumocaError as error:
-        raise _not_compiled(rumoca, path, model, str(error)) from error
-
-
-def _not_compiled(rumoca: Any, path: Path, model: str | None, said: str) -> Exception:
-    """What rumoca found wrong, with the line where it says so."""
-    told = [d.message for d in rumoca.validate(str(path)) if d.rule == "syntax-error"]
-    if told:
-        found = re.search(r"\u00d7 (?P<what>.+?)\n\s*\u256d\u2500\[(?P<file>.+):(?P<line>\d+):\d+\]", told[0])
-        where, what = (f"{path}:{found['line']}", found["what"]) if found else (str(path), told[0])
-        return refuse(where, f"text that is no Modelica ({what})", "a Modelica class")
-    first = re.sub(r"\s+", " ", said.partition("Related failures")[0]).strip()
-    if "Unable to infer model" in first:
-        choice = first.partition("Candidates: ")[2].rstrip(".")
-        return refuse(str(path), "several models", f"one of {choice}", f"Name it: {path}:MODEL.")
-    wanted = f" of `{model}`" if model else ""
-    return refuse(str(path), f"what rumoca cannot compile{wanted}: {first}", "a complete, balanced model")
-
-
 class _Places:
-    """Byte positions of rumoca's sources as file and line."""
+    """Positions in rumoca's sources, which are counted in bytes, as file and line."""
 
-    def __init__(self, files: list[tuple[int, str, str]], otherwise: str) -> None:
-        self._texts = {source: (name, text.encode()) for source, name, text in files}
+    def __init__(self, sources: list[tuple[int, str, str]], otherwise: str) -> None:
+        self._texts = {source: (name, text.encode()) for source, name, text in sources}
         self._otherwise = otherwise
 
     def __call__(self, node: Any) -> str:
-        """Where the first part of a tree that has a position stands."""
+        """The place of the first node of a tree that has a position."""
         span = next(_spans(node), None)
         if span is None or span["source"] not in self._texts:
             return self._otherwise
@@ -171,12 +149,12 @@ def _spans(tree: Any) -> Iterator[Mapping[str, Any]]:
                 yield node[key]
 
 
-def _left_out(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
+def _unsupported(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
     if flat["is_partial"]:
         yield Problem(
             places(None), "a partial model", "a model that is complete", "Extend it, and fill what it leaves."
         )
-    for key, words in _LEFT_OUT.items():
+    for key, words in _UNSUPPORTED.items():
         for item in flat[key]:
             yield Problem(places(item), words, EXPLICIT)
     for variable in flat["variables"].values():
@@ -231,7 +209,7 @@ def _equations(raw: list[Mapping[str, Any]], places: _Places) -> Iterator[Equati
 
 
 def _bindings(variables: Iterable[FlatVariable]) -> Iterator[Equation]:
-    """The equations that stand in declarations: `Real F = m*a`."""
+    """The equations in declarations: `Real F = m*a`."""
     for v in variables:
         if v.binding is not None and v.role in {"output", "local"}:
             yield Equation({"VarRef": {"name": {"name": v.name}, "subscripts": []}}, v.binding, v.place)
@@ -243,8 +221,8 @@ def _bound_inputs(variables: Iterable[FlatVariable]) -> Iterator[Problem]:
             yield Problem(v.place, f"the input `{v.name}` with a value", "an input without one")
 
 
-def _digest(model: str, files: list[tuple[int, str, str]]) -> str:
+def _digest(model: str, sources: list[tuple[int, str, str]]) -> str:
     digest = hashlib.sha256(f"{model} rumoca {version('rumoca')}".encode())
-    for text in sorted(text for _, _, text in files):
+    for text in sorted(text for _, _, text in sources):
         digest.update(b"\0" + text.encode())
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""The C compiler: found once, called for each file, and its complaints passed on."""
+"""The C compiler: found once and called for each file; its errors are passed on."""
 
 from __future__ import annotations
 
@@ -11,14 +11,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Final
 
 from components.interfaces.problem import refuse
 
-FLAGS = ("-O1", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
-"""Flags that make the binary what it is. No contraction: the same numbers wherever it is compiled. -O1: on generated
-code -O2 takes twice as long to compile and is a tenth faster."""
+FLAGS: Final = ("-O1", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+"""The flags that the binary depends on.
 
-_LINES_SHOWN = 12
+Without contraction of multiplication and addition, the numbers are the same wherever the code is compiled. On generated
+code, -O2 takes twice as long to compile as -O1, and the result is only a tenth faster.
+"""
+
+_LINES_SHOWN: Final = 12
+"""How many lines of the compiler's output a message has"""
 
 
 class BuildError(RuntimeError):
@@ -31,19 +36,30 @@ class Compiler:
 
     command: tuple[str, ...]
     identity: str
-    """First line of what it says about its version."""
+    """The first line of what it prints about its version"""
 
     def compile(self, source: Path, include: Path) -> Path:
         """Compile one C file to an object file beside it.
 
-        The compiler works in the folder of the file, so that no path of this machine gets into the object file.
+        The compiler runs in the folder of the file, so that the object file contains no path of this machine.
+
+        Args:
+            source: The C file.
+            include: The folder with the headers.
+
+        Raises:
+            BuildError: The compiler fails.
         """
         target = source.with_suffix(".o")
         self._run([*FLAGS, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
         return target
 
     def link(self, objects: Sequence[Path], target: Path) -> None:
-        """Link object files to a shared library that needs nothing but libc and libm."""
+        """Link object files to a shared library that needs no other libraries than libc and libm.
+
+        Raises:
+            BuildError: The linker fails.
+        """
         complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
         self._run(["-shared", *map(str, objects), "-o", str(target), *complete, "-lm"], target.parent)
 
@@ -51,18 +67,22 @@ class Compiler:
         command = [*self.command, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
         if done.returncode != 0:
-            said = "\n".join(done.stderr.splitlines()[:_LINES_SHOWN])
-            message = f"{self.command[0]} failed ({done.returncode}) on {shlex.join(command)}:\n{said}"
+            output = "\n".join(done.stderr.splitlines()[:_LINES_SHOWN])
+            message = f"{self.command[0]} failed ({done.returncode}) on {shlex.join(command)}:\n{output}"
             raise BuildError(message)
 
 
 def find_compiler() -> Compiler | None:
-    """The compiler that CC names, else the first of cc, gcc and clang; None when there is none."""
+    """The compiler that the variable CC names, else the first of cc, gcc and clang; None where there is none."""
     return _find(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 def required_compiler() -> Compiler:
-    """The compiler; raises `RequestError` when there is none."""
+    """The compiler that `find_compiler` gives.
+
+    Raises:
+        RequestError: There is none.
+    """
     compiler = find_compiler()
     if compiler is None:
         named = os.environ.get("CC", "")

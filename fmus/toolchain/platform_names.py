@@ -1,4 +1,4 @@
-"""What FMI calls this platform, and where and how a binary for it is named."""
+"""The names that FMI has for this platform, and for the path of a binary for it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,12 @@ def platform_tuple() -> str:
 
 
 def binary_path(version: Version, identifier: str) -> str:
-    """The path of the binary inside the FMU."""
+    """The path of the binary for this platform in an FMU.
+
+    Args:
+        version: The version of FMI.
+        identifier: The model identifier.
+    """
     known = platform_tuple()
     folder = _FMI2_FOLDERS.get(known, known) if version is Version.FMI2 else known
     return f"binaries/{folder}/{identifier}{_SUFFIXES.get(_system(), '.so')}"
