@@ -43,7 +43,7 @@ class _Scalar:
         return {s.element_hash() for s in ca.symvar(ca.vertcat(self.left, self.right))}
 
 
-Solution = list[tuple[Any, Any]]
+SymbolValues = list[tuple[Any, Any]]
 """Symbols and their values, each in terms of known symbols and of the symbols before it"""
 
 
@@ -116,7 +116,7 @@ def explicit(flat: FlatModel) -> ExplicitModel:
     named = {v.name for v in model.states}
     unknown = [v for v in model.of("output", "local") if v.name not in named]
     rates = ca.vertcat(ca.SX(0, 1), *model.derivatives.values())
-    solved = _solution(model.scalars(flat.equations), ca.vertcat(rates, model.column(unknown)), flat.place)
+    solved = _solved(model.scalars(flat.equations), ca.vertcat(rates, model.column(unknown)), flat.place)
     x, inputs, given = model.column(model.states), model.column(u), model.column(p)
     dx, outputs = _inserted(solved, [rates, model.column(y)])
     return ExplicitModel(
@@ -129,10 +129,10 @@ def explicit(flat: FlatModel) -> ExplicitModel:
     )
 
 
-def _start(model: _Model, solved: Solution) -> Any:
+def _start(model: _Model, solved: SymbolValues) -> Any:
     """The initial state: the solution of the initial equations, and start values where these leave it open."""
     free: list[Any] = []
-    begin: Solution = []
+    begin: SymbolValues = []
     for v in model.states:
         value = model.expressions.value(v.start, v.place) if v.start is not None else ca.SX(0.0)
         symbols = ca.vertsplit(model.columns[v.name])
@@ -142,7 +142,7 @@ def _start(model: _Model, solved: Solution) -> Any:
     for e in model.scalars(model.flat.initial):
         left, right = _inserted(solved, [e.left, e.right])
         equations.append(_Scalar(left, right, e.place))
-    given = _solution(equations, ca.vertcat(ca.SX(0, 1), *free), model.flat.place, complete=False)
+    given = _solved(equations, ca.vertcat(ca.SX(0, 1), *free), model.flat.place, complete=False)
     taken = {symbol.element_hash() for symbol, _ in given}
     (x,) = _inserted([*(b for b in begin if b[0].element_hash() not in taken), *given], [model.column(model.states)])
     allowed = {s.element_hash() for s in ca.symvar(model.column(model.of("parameter")))}
@@ -153,11 +153,11 @@ def _start(model: _Model, solved: Solution) -> Any:
     return x
 
 
-def _solution(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bool = True) -> Solution:
+def _solved(equations: list[_Scalar], unknowns: Any, place: str, *, complete: bool = True) -> SymbolValues:
     """The unknowns, each from an equation in which it is the only one that is not solved yet."""
     remaining = {s.element_hash(): s for s in ca.symvar(unknowns)}
     waiting = [(e, e.symbols) for e in equations]
-    solution: Solution = []
+    solution: SymbolValues = []
     while waiting:
         lefts = [symbols & remaining.keys() for _, symbols in waiting]
         ready = next((i for i, left in enumerate(lefts) if len(left) <= 1), None)
@@ -193,7 +193,7 @@ def _isolated(equation: _Scalar, symbol: Any) -> Any:
     return -ca.substitute(rest, symbol, 0) / slope
 
 
-def _inserted(solved: Solution, expressions: list[Any]) -> list[Any]:
+def _inserted(solved: SymbolValues, expressions: list[Any]) -> list[Any]:
     """Expressions in which each solved symbol is replaced by its value."""
     if not solved:
         return expressions

@@ -1,4 +1,4 @@
-"""The versions of FMI that blocks are built for."""
+"""The versions of FMI that are written and read."""
 
 from __future__ import annotations
 

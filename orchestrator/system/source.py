@@ -16,8 +16,8 @@ from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
+from fmus.reading.declared_variables import whole_name
 from fmus.reading.opening import open_fmu
-from fmus.reading.ports import whole_name
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 from fmus.units.block_unit import BlockUnit, interface_of

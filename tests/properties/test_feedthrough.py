@@ -1,4 +1,7 @@
-"""Feedthrough is honest: an input that is said not to reach an output does not move it by a single bit."""
+"""Feedthrough is honest: an input that is said not to reach an output does not move it by a single bit.
+
+Shows `fmus/lowering.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Building: what is refused, what is built again, and what the compiler says."""
+"""Building: what is refused, what is built again, and what the compiler says.
+
+Shows, of `fmus/export`, `build.py`, `compilation.py` and `fingerprint.py`; and `fmus/toolchain/compiler.py`.
+"""
 
 from __future__ import annotations
 

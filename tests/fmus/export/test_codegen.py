@@ -1,4 +1,7 @@
-"""C from functions: full columns, names of our own, one row of values."""
+"""C from functions: full columns, names of our own, one row of values.
+
+Shows, of `fmus/export`, `codegen.py` and `fmi_variables.py`.
+"""
 # pyright: basic
 # CasADi carries few types.
 

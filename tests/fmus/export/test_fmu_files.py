@@ -1,4 +1,9 @@
-"""What lies inside an FMU is complete, valid and reproducible."""
+"""The files in an FMU are complete, valid and reproducible.
+
+Shows, of `fmus/export`, `content.py` and what it is made of: `model_description_fmi2.py`, `model_description_fmi3.py`,
+`description_parts.py`, `dependencies.py`, `terminals.py`, `documentation.py` and `c_sources.py`; and, of
+`fmus/toolchain`, `archives.py`.
+"""
 # pyright: basic
 # FMPy and lxml's schemas carry few types.
 

@@ -1,4 +1,7 @@
-"""FMU files that cannot be trusted, or not be run here: each is refused with one message, before anything runs."""
+"""FMU files that cannot be trusted, or not be run here: each is refused with one message, before anything runs.
+
+Shows `fmus/reading/opening.py`, and with it `archive.py`, `library.py` and `recompile.py`.
+"""
 
 from __future__ import annotations
 

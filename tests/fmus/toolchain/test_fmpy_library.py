@@ -12,11 +12,16 @@ from fmus.toolchain.fmpy_library import (
     C_HEADERS,
     FMI2_LOGGING_LIBRARY,
     SSP_SCHEMAS,
+    DescriptionBreach,
     FMU2Model,
     FMU2Slave,
     FMU3Model,
     FMU3Slave,
+    ModelDescriptionError,
+    as_phrase,
+    description_breaches,
     description_schema,
+    read_model,
     required_functions,
     ssp_schema,
     sundials,
@@ -55,6 +60,44 @@ def test_the_functions_of_fmi_are_read_off_the_classes(fmu_class, version, own):
     found = required_functions(fmu_class, version)
     assert {own, f"fmi{version}FreeInstance", f"fmi{version}SetDebugLogging"} <= set(found)
     assert all(callable(getattr(fmu_class, name)) for name in found)
+
+
+MODEL = """<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="{version}" modelName="m" guid="g">
+<CoSimulation modelIdentifier="m"/>
+<ModelVariables><ScalarVariable name="n" valueReference="1" causality="output" variability="continuous"{more}>
+<Integer/></ScalarVariable>
+<ScalarVariable name="y" valueReference="2" causality="output"><Real/></ScalarVariable></ModelVariables>
+<ModelStructure><Outputs><Unknown index="1"/><Unknown index="2" dependencies="1
+  2"/></Outputs></ModelStructure></fmiModelDescription>"""
+
+
+def model(version="2.0", more=""):
+    return read_model(MODEL.format(version=version, more=more).encode(), Version.FMI2)
+
+
+def test_fmpys_reports_on_a_description_become_data():
+    text = "The variable `n`{} is of type Integer and must have variability != `continuous`"
+    assert description_breaches(model(), with_structure=False) == [
+        DescriptionBreach(text.format(" (line 4)"), text.format(""), line=4, concerns_variability=True)
+    ]
+    others = description_breaches(model(more=' initial="exact"'), with_structure=False)[1:]
+    assert [(b.found, b.line, b.concerns_variability) for b in others] == [
+        ("Variable `n` has no start value", 4, False)
+    ]
+    assert len(description_breaches(model(), with_structure=True)) > 1
+
+
+def test_lists_in_several_lines_and_later_versions_are_read():
+    found = model("2.0.4")
+    assert found.fmiVersion == "2.0"
+    assert [v.name for v in found.outputs[1].dependencies] == ["n", "y"]
+
+
+def test_what_fmpy_cannot_read_is_told_in_one_line():
+    with pytest.raises(ModelDescriptionError, match="^[^\n]+$"):
+        read_model(MODEL.format(version="2.0", more="").replace('index="1"', 'index="7"').encode(), Version.FMI2)
+    assert as_phrase('the "a"\n  of b.') == "the `a` of b"
 
 
 def test_the_solver_has_the_parts_that_ours_extends():
