@@ -14,7 +14,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from components.interfaces.unit_strings import base_unit
 
 from components.interfaces.block import Block, Continuous, block
 from components.interfaces.problem import Problem, raise_if_any
