@@ -7,71 +7,81 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from components.interfaces.problem import refuse
 from orchestrator.reproduction import runs, timing
 from orchestrator.reproduction.paper import claims, evidence, goals
-from orchestrator.reproduction.paper.experiments import Experiments
+from orchestrator.reproduction.paper.evidence import Evidence
+from orchestrator.reproduction.paper.experiments import Experiments, ReportFigure
 from orchestrator.reproduction.paper.verdict import Verdict
 from orchestrator.reproduction.report import report
 from orchestrator.reproduction.varied import varied_content
+from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.reproduction.varied.varied_set import VariedSet
 
-LIST: Final = "experiments.json"
+EXPERIMENTS_FILE: Final = "experiments.json"
 """The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
 
 
 @dataclass(frozen=True)
 class Reproduced:
-    """What the reproduction left behind."""
+    """A finished reproduction."""
 
     folder: Path
     verdicts: tuple[Verdict, ...]
 
 
 def reproduce(
-    wanted: Experiments, folder: Path, progress: Callable[[str], None], varied: VariedSet | None = None
+    experiments: Experiments, folder: Path, progress: Callable[[str], None], varied: VariedSet | None = None
 ) -> Reproduced:
-    """Run all experiments and write the report into a `new_folder`, with a varied set where there is one."""
-    (folder / LIST).write_text(wanted.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    """Run all experiments and write the report.
+
+    Args:
+        experiments: The list of experiments.
+        folder: The folder of the report, made by `new_folder`.
+        progress: Called with a text at the beginning of each part of the work.
+        varied: The results of the varied set, if the report is to contain them.
+    """
+    (folder / EXPERIMENTS_FILE).write_text(experiments.model_dump_json(indent=2) + "\n", encoding="utf-8")
     with runs.processes() as pool:
-        runs.build(wanted, progress)
-        outcomes = runs.execute_all(wanted.all_runs(), folder / "runs", pool, progress)
-        times = timing.measure(wanted.timing, outcomes, progress) if wanted.timing is not None else []
+        runs.build(experiments, progress)
+        outcomes = runs.execute_all(experiments.all_runs(), folder / "runs", pool, progress)
+        times = timing.measure(experiments.timing, outcomes, progress) if experiments.timing is not None else []
         progress("looking at the runs")
-        found = evidence.gather(wanted, outcomes, times)
+        gathered = evidence.gather(experiments, outcomes, times)
         progress("drawing the figures")
-        drawn = _drawn(wanted, outcomes, found, folder, pool)
-        told = _varied(varied, folder)
-    verdicts = claims.decide(found)
+        figures = _drawn(experiments, outcomes, gathered, folder, pool)
+        judged = _judged(varied, folder) if varied is not None else None
+    verdicts = claims.decide(gathered)
     progress("writing the report")
-    report.write(report.Report(wanted, outcomes, found, verdicts, [goals.nominal(found)], drawn, told), folder)
+    goal = goals.nominal(gathered)
+    report.write(report.Report(experiments, outcomes, gathered, verdicts, [goal], figures, judged), folder)
     return Reproduced(folder, tuple(verdicts))
 
 
-def _varied(varied: VariedSet | None, folder: Path) -> dict[str, Any] | None:
-    """What the report tells of a varied set, with its figure."""
-    if varied is None:
-        return None
-    from orchestrator.reproduction.varied import varied_plots  # noqa: PLC0415 - matplotlib takes its time
+def _judged(varied: VariedSet, folder: Path) -> JudgedSet:
+    """The varied set with its verdicts; its figure is drawn too."""
+    from orchestrator.reproduction.report import varied_figure  # noqa: PLC0415 - matplotlib is slow to import
 
-    told = varied_content.content(varied)
-    varied_plots.draw(told, folder / "figures" / "varied.png")
-    return {**told, "figure": "figures/varied.png"}
+    varied_figure.draw_varied(varied, folder / report.VARIED_FIGURE)
+    return varied_content.judge(varied)
 
 
 def new_folder(out: Path | None) -> Path:
-    """The folder of the report: `out`, or the next free ``runs/reproduce-1``, ``-2``, ...
+    """Make the folder of the report: `out`, or the next free ``runs/reproduce-1``, ``-2``, ...
 
-    A former reproduction at `out` is replaced; anything else that is there stays. Raises `RequestError`.
+    A former reproduction at `out` is replaced; anything else that is there stays.
+
+    Raises:
+        RequestError: If something else is there, or the folder cannot be written to.
     """
     folder = out
     if folder is None:
         taken = [int(n) for p in Path("runs").glob("reproduce-*") if (n := p.name.rpartition("-")[2]).isdigit()]
         folder = Path("runs") / f"reproduce-{max(taken, default=0) + 1}"
     valid = "a folder that is new, empty or a former reproduction, in a place that can be written to"
-    if folder.is_file() or (folder.is_dir() and any(folder.iterdir()) and not (folder / LIST).is_file()):
+    if folder.is_file() or (folder.is_dir() and any(folder.iterdir()) and not (folder / EXPERIMENTS_FILE).is_file()):
         found = "a file" if folder.is_file() else "a folder with other things in it"
         raise refuse(str(folder), found, valid, "Choose another folder with --out.")
     try:
@@ -85,17 +95,17 @@ def new_folder(out: Path | None) -> Path:
 
 
 def _drawn(
-    wanted: Experiments,
+    experiments: Experiments,
     outcomes: dict[str, runs.Outcome],
-    found: evidence.Evidence,
+    gathered: Evidence,
     folder: Path,
     pool: ProcessPoolExecutor,
-) -> list[tuple[str, str]]:
-    """The figures, drawn by the processes that ran the experiments; file name and caption of each."""
-    from orchestrator.reproduction.report import result_figures  # noqa: PLC0415 - matplotlib takes its time
+) -> list[ReportFigure]:
+    """Draw the figures in the processes that ran the experiments; those with nothing to draw are left out."""
+    from orchestrator.reproduction.report import result_figures  # noqa: PLC0415 - matplotlib is slow to import
 
     futures = [
-        (p, pool.submit(result_figures.draw, p, outcomes, found, folder / "figures" / f"{p.name}.png"))
-        for p in wanted.figures
+        (figure, pool.submit(result_figures.draw, figure, outcomes, gathered, folder / report.figure_file(figure)))
+        for figure in experiments.figures
     ]
-    return [(picture.name, picture.caption) for picture, future in futures if future.result()]
+    return [figure for figure, future in futures if future.result()]

@@ -1,6 +1,6 @@
-"""The claims of the paper, each decided by a pure function of metrics; see RESOLUTIONS for what each is measured by.
+"""The claims of the paper, each decided by a pure function of metrics; RESOLUTIONS says what each is measured by.
 
-What counts as accurate, as an oscillation, as the same trajectory is said here, in the constants, before any run.
+The constants define, before any run, what counts as accurate and as the same trajectory.
 """
 
 from __future__ import annotations
@@ -10,40 +10,42 @@ from typing import Final
 
 from orchestrator.reproduction.paper import matched
 from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
-from orchestrator.reproduction.paper.experiments import Role
-from orchestrator.reproduction.paper.verdict import Case, Verdict
+from orchestrator.reproduction.paper.experiments import RunRole
+from orchestrator.reproduction.paper.verdict import TIME_METRIC, Case, DecidingNumber, Verdict
 
 ACCURATE_RMS: Final = 0.25
-"""[m] rms path error that counts as accurate: the most that is asked of `mpc_plus`"""
+"""[m] Largest rms path error that counts as accurate: the same as for `mpc_plus`"""
 
 ACCURATE_MAX: Final = 0.85
-"""[m] largest path error that counts as accurate: a 1.8 m car stays inside its 3.5 m lane"""
+"""[m] Largest path error that counts as accurate: a 1.8 m wide car stays inside its 3.5 m wide lane"""
 
-SAME: Final = 0.01
-"""[m] trajectories that differ less are the same"""
+SAME_TRAJECTORY: Final = 0.01
+"""[m] Trajectories that are nowhere further apart count as the same"""
 
-STATIC: Final = "static"
-FAULT: Final = "a run ended in a fault"
+STATIC_TASK: Final = "static"
+"""The task with obstacles that stand still"""
+
+FAULT_NOTE: Final = "a run ended in a fault"
 
 
 def decide(evidence: Evidence) -> list[Verdict]:
-    """The verdicts on C1 to C8."""
+    """Decide C1 to C8."""
     return [claim(evidence) for claim in CLAIMS.values()]
 
 
 def c1(evidence: Evidence) -> Verdict:
-    """Smoothness at matched accuracy."""
+    """Decide smoothness at matched accuracy."""
     cases: list[Case] = []
-    for mp in _static(evidence, Role.MP):
+    for mp in _static(evidence, RunRole.MP):
         for curve in evidence.curves_for(mp):
             factors = {"setting": mp.label, "against": curve.label, "tyre": mp.tyre}
             if not mp.finished:
-                cases.append(Case(factors, holds=False, numbers={}, runs=(mp.name,), note=FAULT))
+                cases.append(Case(factors, holds=False, measured=(), runs=(mp.name,), note=FAULT_NOTE))
                 continue
-            found = matched.compare(mp.metrics, curve)
-            numbers = _numbers(mp, "path_error_rms", *matched.SMOOTHNESS)
-            numbers |= {f"{name} of {curve.label}": value for name, value in found.at.items()}
-            cases.append(Case(factors, found.smoother, numbers, (mp.name, *found.runs), found.how))
+            compared = matched.compare(mp.metrics, curve)
+            numbers = mp.numbers("path_error_rms", *matched.SMOOTHNESS)
+            numbers += tuple(DecidingNumber(name, value, curve.label) for name, value in compared.at.items())
+            cases.append(Case(factors, compared.smoother, numbers, (mp.name, *compared.runs), compared.how))
     return Verdict(
         "C1",
         "MP gives a smooth and flexible path compared with the two-level method",
@@ -54,15 +56,15 @@ def c1(evidence: Evidence) -> Verdict:
 
 
 def c2(evidence: Evidence) -> Verdict:
-    """Accuracy of both methods."""
+    """Decide the accuracy of both methods."""
     cases = [
         Case(
             {"method": r.label, "tyre": r.tyre},
             r.finished and r.metrics["path_error_rms"] <= ACCURATE_RMS and r.metrics["path_error_max"] <= ACCURATE_MAX,
-            _numbers(r, "path_error_rms", "path_error_max"),
+            r.numbers("path_error_rms", "path_error_max"),
             (r.name,),
         )
-        for role in (Role.MP, Role.TWO_LEVEL)
+        for role in (RunRole.MP, RunRole.TWO_LEVEL)
         for r in _static(evidence, role)
     ]
     return Verdict(
@@ -74,7 +76,7 @@ def c2(evidence: Evidence) -> Verdict:
 
 
 def c3(evidence: Evidence) -> Verdict:
-    """Smoothness of the path as driven."""
+    """Decide the smoothness of the driven path."""
     return Verdict(
         "C3",
         "MP gives the smoother lane change path",
@@ -84,7 +86,7 @@ def c3(evidence: Evidence) -> Verdict:
 
 
 def c4(evidence: Evidence) -> Verdict:
-    """Yaw."""
+    """Decide the stability of the yaw rate."""
     return Verdict(
         "C4",
         "more stable yaw rate, less change of yaw angle",
@@ -94,7 +96,7 @@ def c4(evidence: Evidence) -> Verdict:
 
 
 def c5(evidence: Evidence) -> Verdict:
-    """Oscillation of the two-level method."""
+    """Decide whether the two-level method oscillates."""
 
     def oscillates(mp: Mapping[str, float], other: Mapping[str, float]) -> bool:
         more = all(other[n] > mp[n] for n in ("r_total_variation", "r_dot_peak"))
@@ -110,20 +112,20 @@ def c5(evidence: Evidence) -> Verdict:
 
 
 def c6(evidence: Evidence) -> Verdict:
-    """Moving obstacles."""
+    """Decide how moving obstacles are avoided."""
     cases: list[Case] = []
-    for mp in (r for r in evidence.of(Role.MP) if r.task != STATIC):
-        for other in evidence.of(Role.TWO_LEVEL, mp):
+    for mp in (r for r in evidence.of(RunRole.MP) if r.task != STATIC_TASK):
+        for other in evidence.of(RunRole.TWO_LEVEL, mp):
             factors = {"task": mp.task, "setting": mp.label, "against": other.label, "tyre": mp.tyre}
             runs = (mp.name, other.name)
             if not (mp.finished and other.finished):
-                cases.append(Case(factors, None if mp.finished else False, {}, runs, FAULT))
+                cases.append(Case(factors, None if mp.finished else False, (), runs, FAULT_NOTE))
                 continue
             m = mp.metrics
             clear = m["gap_obstacle"] > 0 and m["gap_edge"] >= 0 and m.get("corridor_violations", 0) == 0
             smooth = m["r_total_variation"] < other.metrics["r_total_variation"]
-            numbers = _numbers(mp, "gap_obstacle", "gap_edge", "corridor_violations", "r_total_variation")
-            numbers |= _numbers(other, "r_total_variation", of=other.label)
+            numbers = mp.numbers("gap_obstacle", "gap_edge", "corridor_violations", "r_total_variation")
+            numbers += other.numbers("r_total_variation", of=other.label)
             note = "" if clear and smooth else "clear, but not smoother" if clear else "not clear"
             cases.append(Case(factors, clear and smooth, numbers, runs, note))
     return Verdict(
@@ -136,38 +138,42 @@ def c6(evidence: Evidence) -> Verdict:
 
 
 def c7(evidence: Evidence) -> Verdict:
-    """The algorithms."""
+    """Decide whether the active set is the best of the algorithms."""
     times = {t.controller: t for t in evidence.timings if t.way == IN_PROCESS}
     names = {r.name: r for r in evidence.results}
     cases: list[Case] = []
     if (mp := names.get(evidence.reference)) is not None:
-        for other in evidence.of(Role.ALGORITHM, mp):
+        for other in evidence.of(RunRole.ALGORITHM, mp):
             own, its = times[mp.controller], times[other.controller]
             distance, failures = evidence.distances[other.name], _failures(mp)
-            numbers = {"distance": distance, "failures": failures, f"failures of {other.label}": _failures(other)}
-            numbers |= {"p50_us": own.p50_us, f"p50_us of {other.label}": its.p50_us}
-            holds = distance <= SAME and failures <= _failures(other) and own.p50_us <= its.p50_us
+            numbers = (
+                DecidingNumber("distance", distance),
+                DecidingNumber("failures", failures),
+                DecidingNumber("failures", _failures(other), of=other.label),
+                *_times(own, its, other.label),
+            )
+            holds = distance <= SAME_TRAJECTORY and failures <= _failures(other) and own.p50_us <= its.p50_us
             cases.append(Case({"against": other.label}, holds, numbers, (mp.name, other.name)))
     notes = [
         f"{names[r.name].label}: {evidence.distances[r.name]:.3g} m from the active set's trajectory at most, speed "
         f"down to {r.metrics['v_x_min']:.2f} m/s. Curves that differ can be an early end of the iteration."
-        for r in evidence.of(Role.LOOSE)
+        for r in evidence.of(RunRole.LOOSE)
     ]
     return Verdict(
         "C7",
         "three algorithms, active set chosen",
-        f"active set: the same trajectory within {SAME:g} m, no more failed solves, and no more time per sample than "
-        "the other algorithm (both in this process)",
+        f"active set: the same trajectory within {SAME_TRAJECTORY:g} m, no more failed solves, and no more time per "
+        "sample than the other algorithm (both in this process)",
         tuple(cases),
         tuple(notes),
     )
 
 
 def c8(evidence: Evidence) -> Verdict:
-    """Time of the integrated structure."""
+    """Decide whether the integrated structure takes no more time."""
     native = {t.controller: t for t in evidence.timings if t.way == AS_FMU}
     own = native.get("mpc")
-    labels = {r.controller: r.label for r in evidence.of(Role.TWO_LEVEL)}
+    labels = {r.controller: r.label for r in evidence.of(RunRole.TWO_LEVEL)}
     cases = [_faster(own, native[c], label) for c, label in labels.items() if own is not None and c in native]
     return Verdict(
         "C8",
@@ -190,12 +196,15 @@ CLAIMS: Final[Mapping[str, Callable[[Evidence], Verdict]]] = {
 
 
 def _faster(own: Timing, other: Timing, label: str) -> Case:
-    numbers = {"p50_us": own.p50_us, f"p50_us of {label}": other.p50_us}
-    return Case({"against": label}, own.p50_us <= other.p50_us, numbers, ())
+    return Case({"against": label}, own.p50_us <= other.p50_us, _times(own, other, label), ())
 
 
-def _static(evidence: Evidence, role: Role) -> Iterable[Result]:
-    return (r for r in evidence.of(role) if r.task == STATIC)
+def _times(own: Timing, other: Timing, label: str) -> tuple[DecidingNumber, ...]:
+    return DecidingNumber(TIME_METRIC, own.p50_us), DecidingNumber(TIME_METRIC, other.p50_us, of=label)
+
+
+def _static(evidence: Evidence, role: RunRole) -> Iterable[Result]:
+    return (r for r in evidence.of(role) if r.task == STATIC_TASK)
 
 
 def _lower(evidence: Evidence, *names: str) -> Iterator[Case]:
@@ -205,20 +214,16 @@ def _lower(evidence: Evidence, *names: str) -> Iterator[Case]:
 def _pairs(
     evidence: Evidence, names: Iterable[str], holds: Callable[[Mapping[str, float], Mapping[str, float]], bool]
 ) -> Iterator[Case]:
-    """Every MP run against every two-level run of the same task on the same plant."""
+    """Compare every MP run with every two-level run of the same task on the same plant."""
     listed = tuple(names)
-    for mp in _static(evidence, Role.MP):
-        for other in evidence.of(Role.TWO_LEVEL, mp):
-            numbers = _numbers(mp, *listed) | _numbers(other, *listed, of=other.label)
+    for mp in _static(evidence, RunRole.MP):
+        for other in evidence.of(RunRole.TWO_LEVEL, mp):
+            numbers = mp.numbers(*listed) + other.numbers(*listed, of=other.label)
             factors = {"setting": mp.label, "against": other.label, "tyre": mp.tyre}
-            said = (
-                holds(mp.metrics, other.metrics) if mp.finished and other.finished else (None if mp.finished else False)
-            )
-            yield Case(factors, said, numbers, (mp.name, other.name))
-
-
-def _numbers(result: Result, *names: str, of: str = "") -> dict[str, float]:
-    return {f"{n} of {of}" if of else n: result.metrics[n] for n in names if n in result.metrics}
+            decided = None if mp.finished else False
+            if mp.finished and other.finished:
+                decided = holds(mp.metrics, other.metrics)
+            yield Case(factors, decided, numbers, (mp.name, other.name))
 
 
 def _failures(result: Result) -> float:

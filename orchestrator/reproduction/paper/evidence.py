@@ -1,4 +1,4 @@
-"""What claims are decided by: metrics of runs, curves of gains, distances of trajectories, times per sample."""
+"""The evidence that decides claims: metrics of runs, curves of gains, distances of trajectories, times per sample."""
 
 from __future__ import annotations
 
@@ -10,42 +10,47 @@ import numpy as np
 import pandas as pd
 
 from components.interfaces.buses import WAYPOINTS
-from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
+from orchestrator.reproduction.paper.experiments import Experiments, RunPlan, RunRole
+from orchestrator.reproduction.paper.verdict import DecidingNumber
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results import metrics
 from orchestrator.results.path_geometry import path_error
 
 SWING: Final = 0.05
-"""[rad/s] A swing of the yaw rate: a tenth of the 0.49 rad/s that the path itself asks for, R = v^2/(mu g)."""
+"""[rad/s] Yaw rates below this are no swing: a tenth of the 0.49 rad/s that the path demands, R = v^2/(mu g)"""
 
 IN_PROCESS: Final = "in this process"
 AS_FMU: Final = "FMU"
-"""How a controller runs while it is timed."""
+"""How a controller runs while it is timed"""
 
 TUNED: Final = "MP tuned"
-"""The setting of the paper's method that `plus` runs are measured against."""
+"""The setting of the paper's method that `plus` runs are compared with"""
 
 TYRES: Final = {"bicycle": "linear", "bicycle_saturated": "saturating"}
-"""How a plant is called in conditions."""
+"""The tyre of a plant, as conditions call it"""
 
 
 @dataclass(frozen=True)
 class Result:
-    """The metrics of one run, and what it stands for."""
+    """The metrics of one run, and its part among the experiments."""
 
     name: str
     task: str
     plant: str
     controller: str
-    role: Role
+    role: RunRole
     label: str
     metrics: Mapping[str, float]
     finished: bool = True
 
     @property
     def tyre(self) -> str:
-        """The plant as it is called in conditions."""
+        """The tyre of the plant as conditions call it; the plant's name where none is known."""
         return TYRES.get(self.plant, self.plant)
+
+    def numbers(self, *metrics: str, of: str = "") -> tuple[DecidingNumber, ...]:
+        """Those of these metrics that the run has, as numbers of a case; `of` as in `DecidingNumber`."""
+        return tuple(DecidingNumber(name, self.metrics[name], of) for name in metrics if name in self.metrics)
 
 
 @dataclass(frozen=True)
@@ -65,28 +70,30 @@ class Timing:
 
     controller: str
     way: str
+    """`IN_PROCESS` or `AS_FMU`"""
     p50_us: float
     p99_us: float
     ratio_p50: float
+    """To the p50 of the controller that the list of experiments names"""
     ratio_p99: float
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that claims may look at."""
+    """Everything that claims may be decided by."""
 
     results: tuple[Result, ...]
     curves: tuple[Curve, ...] = ()
     distances: Mapping[str, float] = field(default_factory=dict[str, float])
-    """Largest distance [m] of an algorithm's trajectory from that of the run it solves the same problem as, by run"""
+    """Largest distance [m] of the trajectory of another algorithm from that of the `reference` run, by run"""
     off_path: Mapping[str, float] = field(default_factory=dict[str, float])
-    """rms distance [m] of a `plus` run from the path of the paper's method: its own path may be another"""
+    """rms distance [m] of a `plus` run from the path of the paper's method, by run: its own path may differ"""
     timings: tuple[Timing, ...] = ()
     reference: str = ""
-    """The run that the algorithms are compared on"""
+    """The run that other algorithms are compared with"""
 
-    def of(self, role: Role, like: Result | None = None) -> list[Result]:
-        """The results of a role, of the same task and plant as another result."""
+    def of(self, role: RunRole, like: Result | None = None) -> list[Result]:
+        """The results of a role; with `like`, only those of the same task and plant as that result."""
         return [
             r for r in self.results if r.role is role and (like is None or (r.task, r.plant) == (like.task, like.plant))
         ]
@@ -96,7 +103,7 @@ class Evidence:
         return [c for c in self.curves if (c.task, c.plant) == (result.task, result.plant)]
 
 
-def result(run: Run, measured: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
+def result(run: RunPlan, measured: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
     """The metrics of a run, with those that only claims need."""
     found = {**measured, **more_metrics(frame)}
     return Result(run.name, run.task, run.plant, run.controller, run.role, run.label, found, finished=finished)
@@ -120,7 +127,7 @@ def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: S
     distances: dict[str, float] = {}
     reference = experiments.timing.states if experiments.timing is not None else ""
     if reference:
-        alike = [run for run in experiments.runs if run.role in {Role.ALGORITHM, Role.LOOSE}]
+        alike = [run for run in experiments.runs if run.role in {RunRole.ALGORITHM, RunRole.LOOSE}]
         distances = {run.name: trajectory_distance(frames[reference], frames[run.name]) for run in alike}
     return Evidence(
         results=tuple(found[run.name] for run in experiments.runs),
@@ -133,8 +140,8 @@ def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: S
 
 
 def _off_paths(experiments: Experiments, frames: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, float]]:
-    for plus in (run for run in experiments.runs if run.role is Role.PLUS):
-        for mp in (run for run in experiments.runs if run.role is Role.MP and run.label == TUNED):
+    for plus in (run for run in experiments.runs if run.role is RunRole.PLUS):
+        for mp in (run for run in experiments.runs if run.role is RunRole.MP and run.label == TUNED):
             if (mp.task, mp.plant) == (plus.task, plus.plant):
                 yield plus.name, off_path(frames[plus.name], frames[mp.name])
 

@@ -17,23 +17,29 @@ from orchestrator.system.files import checked, read_toml
 EXPERIMENTS: Final = Path(__file__).parent / "experiments.toml"
 
 
-class Role(StrEnum):
-    """What a run stands for when claims are decided."""
+class RunRole(StrEnum):
+    """The part of a run when claims are decided."""
 
     MP = "mp"
+    """The paper's method"""
     TWO_LEVEL = "two_level"
+    """The method that the paper compares it with"""
     ALGORITHM = "algorithm"
+    """Another solver of the same problem"""
     LOOSE = "loose"
+    """Another solver with a loose tolerance, for comparison only"""
     PLUS = "plus"
+    """The controller that goes beyond the paper"""
     SWEEP = "sweep"
+    """One point of a tracker's curve of gains"""
 
 
 class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Run(_Strict):
-    """One run: a scenario, what fills its sockets instead, and changed parameters."""
+class RunPlan(_Strict):
+    """One run: a scenario, the blocks that replace its plant and its controller, and changed parameters."""
 
     name: str
     task: str
@@ -41,11 +47,13 @@ class Run(_Strict):
     plant: str
     controller: str
     settings: tuple[str, ...] = ()
-    role: Role
+    """Changed parameters, written as for ``--set``"""
+    role: RunRole
     label: str
+    """What tables, figures and conditions call the run"""
 
 
-class Sweep(_Strict):
+class SweepPlan(_Strict):
     """The same run with several values of one parameter."""
 
     name: str
@@ -58,17 +66,17 @@ class Sweep(_Strict):
     unit: str
     label: str
 
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[RunPlan]:
         """One run per value."""
         return [
-            Run(
+            RunPlan(
                 name=f"{self.name}-{value:g}",
                 task=self.task,
                 scenario=self.scenario,
                 plant=self.plant,
                 controller=self.controller,
                 settings=(f"{self.parameter}={value!r}",),
-                role=Role.SWEEP,
+                role=RunRole.SWEEP,
                 label=f"{self.label}, {self.parameter.partition('.')[2]} = {value:g} {self.unit}",
             )
             for value in self.values
@@ -76,14 +84,16 @@ class Sweep(_Strict):
 
 
 class TimingPlan(_Strict):
-    """Which controllers are timed, on the states of which run, and what the ratios refer to."""
+    """Which controllers are timed, and on which states."""
 
     states: str
+    """The run whose recorded states all controllers are given"""
     controllers: tuple[str, ...]
     ratio_to: str
+    """The controller that all times are related to"""
 
 
-class Kind(StrEnum):
+class FigureKind(StrEnum):
     """What a figure shows."""
 
     TRAJECTORY = "trajectory"
@@ -92,11 +102,11 @@ class Kind(StrEnum):
     SMOOTHNESS = "smoothness"
 
 
-class Picture(_Strict):
+class ReportFigure(_Strict):
     """A figure of the report."""
 
     name: str
-    kind: Kind
+    kind: FigureKind
     runs: tuple[str, ...]
     caption: str
 
@@ -104,44 +114,55 @@ class Picture(_Strict):
 class Experiments(_Strict):
     """All that `macrostep reproduce` runs."""
 
-    runs: tuple[Run, ...]
-    sweeps: tuple[Sweep, ...] = ()
+    runs: tuple[RunPlan, ...]
+    sweeps: tuple[SweepPlan, ...] = ()
     timing: TimingPlan | None = None
-    figures: tuple[Picture, ...] = ()
+    figures: tuple[ReportFigure, ...] = ()
 
-    def all_runs(self) -> list[Run]:
-        """The runs, and those that the sweeps are made of."""
+    def all_runs(self) -> list[RunPlan]:
+        """The runs, and those of the sweeps."""
         return [*self.runs, *(run for sweep in self.sweeps for run in sweep.runs())]
 
 
 def load(path: Path = EXPERIMENTS) -> Experiments:
-    """The list of experiments. Raises `RequestError` with everything that this installation does not have."""
-    found = checked(Experiments, read_toml(path), path.name)
-    raise_if_any(_problems(found, path.name))
-    return found
+    """Read the list of experiments.
+
+    Raises:
+        RequestError: With every name in the list that is unknown or stands there twice.
+    """
+    experiments = checked(Experiments, read_toml(path), path.name)
+    raise_if_any(_problems(experiments, path.name))
+    return experiments
 
 
-def _problems(found: Experiments, where: str) -> Iterator[Problem]:
-    names = [run.name for run in found.all_runs()]
+def _problems(experiments: Experiments, where: str) -> Iterator[Problem]:
+    names = [run.name for run in experiments.all_runs()]
     for name in sorted({name for name in names if names.count(name) > 1}):
         yield Problem(f"{where}: {name}", "two runs of this name", "one name for each run")
-    for run in (*found.runs, *found.sweeps):
+    for run in (*experiments.runs, *experiments.sweeps):
         yield from unknown(f"{where}: {run.name}", "scenario", run.scenario, scenario_file.names())
         yield from unknown(f"{where}: {run.name}", "block", run.plant, BLOCKS)
         yield from unknown(f"{where}: {run.name}", "block", run.controller, BLOCKS)
-    for figure in found.figures:
+    for figure in experiments.figures:
         for name in figure.runs:
             yield from unknown(f"{where}: figure {figure.name}", "run", name, names)
-    if found.timing is not None:
-        yield from unknown(f"{where}: timing.states", "run", found.timing.states, names)
-        yield from unknown(f"{where}: timing.ratio_to", "controller", found.timing.ratio_to, found.timing.controllers)
-        for controller in found.timing.controllers:
+    if (timing := experiments.timing) is not None:
+        yield from unknown(f"{where}: timing.states", "run", timing.states, names)
+        yield from unknown(f"{where}: timing.ratio_to", "controller", timing.ratio_to, timing.controllers)
+        for controller in timing.controllers:
             yield from unknown(f"{where}: timing", "block", controller, BLOCKS)
 
 
-def unknown(where: str, kind: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
-    """The problem with a name that is not known, if it is not."""
-    listed = list(known)
-    if name not in listed:
-        remedy = did_you_mean(name, listed) or "Nothing is left out silently: add it, or take it off the list."
-        yield Problem(where, f"the unknown {kind} `{name}`", choices(listed), remedy)
+def unknown(where: str, what: str, name: str, known: Iterable[str]) -> Iterator[Problem]:
+    """The problem that a name is unknown, or nothing.
+
+    Args:
+        where: The place of the name, for the message.
+        what: What the name stands for: scenario, block, ...
+        name: The name in question.
+        known: All valid names.
+    """
+    valid = list(known)
+    if name not in valid:
+        remedy = did_you_mean(name, valid) or "Nothing is left out silently: add it, or take it off the list."
+        yield Problem(where, f"the unknown {what} `{name}`", choices(valid), remedy)

@@ -1,27 +1,27 @@
-"""What is asked of `mpc_plus`, beyond the paper; decided as the claims are."""
+"""The goals of `mpc_plus`, which go beyond the paper; they are decided as the claims are."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from orchestrator.reproduction.paper.evidence import TUNED, Evidence
-from orchestrator.reproduction.paper.experiments import Role
-from orchestrator.reproduction.paper.verdict import Case, Verdict
+from orchestrator.reproduction.paper.experiments import RunRole
+from orchestrator.reproduction.paper.verdict import Case, DecidingNumber, Verdict
 
 ACCURATE: Final = 0.25
-"""[m] rms path error at most, in the nominal case"""
+"""[m] Largest rms path error in the nominal case"""
 
 
 def nominal(evidence: Evidence) -> Verdict:
-    """Accurate, and smoother than the tuned MP, without contact and inside the road."""
+    """Decide whether it is accurate, smoother than the tuned MP method, without contact and inside the road."""
     cases: list[Case] = []
-    for plus in evidence.of(Role.PLUS):
-        for mp in (r for r in evidence.of(Role.MP, plus) if r.label == TUNED):
+    for plus in evidence.of(RunRole.PLUS):
+        for mp in (r for r in evidence.of(RunRole.MP, plus) if r.label == TUNED):
             own, other = plus.metrics, mp.metrics
-            numbers = {n: own[n] for n in ("gap_obstacle", "gap_edge", "path_error_rms", "r_dot_rms") if n in own}
-            numbers[f"r_dot_rms of {mp.label}"] = other["r_dot_rms"]
-            if plus.name in evidence.off_path:
-                numbers[f"path_error_rms of the path of {mp.label}"] = evidence.off_path[plus.name]
+            numbers = plus.numbers("gap_obstacle", "gap_edge", "path_error_rms", "r_dot_rms")
+            numbers += (DecidingNumber("r_dot_rms", other["r_dot_rms"], of=mp.label),)
+            if (off_path := evidence.off_path.get(plus.name)) is not None:
+                numbers += (DecidingNumber("path_error_rms", off_path, of=f"the path of {mp.label}"),)
             safe = own.get("gap_obstacle", 1.0) > 0 and own["gap_edge"] >= 0
             holds = safe and own["path_error_rms"] <= ACCURATE and own["r_dot_rms"] < other["r_dot_rms"]
             factors = {"task": plus.task, "tyre": plus.tyre}

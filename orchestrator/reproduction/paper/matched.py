@@ -1,8 +1,8 @@
 """Smoothness at matched accuracy: what a two-level tracker would give at the path error of another controller.
 
 The gains of a tracker trace a curve of smoothness over path error. At the other controller's path error the curve is
-interpolated between neighbouring gains; where it passes there more than once its smoothest pass counts, so that each
-tracker is shown at its best. Beyond its ends nothing is extrapolated.
+interpolated between neighbouring gains; where it reaches that path error more than once, its smoothest value counts,
+so that each tracker is compared at its best. Nothing is extrapolated beyond the ends of the curve.
 """
 
 from __future__ import annotations
@@ -20,18 +20,24 @@ SMOOTHNESS: Final = ("r_total_variation", "r_dot_rms")
 
 @dataclass(frozen=True)
 class Comparison:
-    """Whether something is smoother than a curve at the same accuracy; None where the curve does not say."""
+    """Whether a run is smoother than a curve at the same accuracy."""
 
     smoother: bool | None
+    """None where the curve does not decide it"""
     at: Mapping[str, float]
-    """What the curve gives there, or at its nearest end"""
+    """The metrics of the curve at that accuracy, or at its nearest end"""
     runs: tuple[str, ...]
-    """The points of the curve that this comes from"""
+    """The points of the curve that these metrics come from"""
     how: str
 
 
 def compare(metrics: Mapping[str, float], curve: Curve) -> Comparison:
-    """`metrics` against the curve of a tracker."""
+    """Compare the metrics of a run with the curve of a tracker.
+
+    Args:
+        metrics: The metrics of the run, `ACCURACY` and `SMOOTHNESS` among them.
+        curve: The results of the tracker with several gains.
+    """
     points = [p for p in curve.points if p.finished]
     if not points:
         return Comparison(None, {}, (), "no gain leads to the end of the run")
@@ -41,12 +47,12 @@ def compare(metrics: Mapping[str, float], curve: Curve) -> Comparison:
         smoother = _smoother(metrics, best.metrics) or None
         return Comparison(smoother, _of(best), (best.name,), "no gain is that accurate; its most accurate one")
     if error > _error(worst):
-        said = None if _smoother(metrics, worst.metrics) else False
-        return Comparison(said, _of(worst), (worst.name,), "every gain is more accurate; its least accurate one")
-    passes = {name: _least(points, name, error) for name in SMOOTHNESS}
-    there = {name: value for name, (value, _) in passes.items()}
-    runs = tuple(dict.fromkeys(run for _, names in passes.values() for run in names))
-    return Comparison(_smoother(metrics, there), there, runs, "interpolated between gains")
+        smoother = None if _smoother(metrics, worst.metrics) else False
+        return Comparison(smoother, _of(worst), (worst.name,), "every gain is more accurate; its least accurate one")
+    least = {name: _least(points, name, error) for name in SMOOTHNESS}
+    interpolated = {name: value for name, (value, _) in least.items()}
+    runs = tuple(dict.fromkeys(run for _, names in least.values() for run in names))
+    return Comparison(_smoother(metrics, interpolated), interpolated, runs, "interpolated between gains")
 
 
 def _error(point: Result) -> float:
@@ -62,12 +68,12 @@ def _of(point: Result) -> dict[str, float]:
 
 
 def _least(points: Sequence[Result], name: str, error: float) -> tuple[float, tuple[str, ...]]:
-    """The least value of the curve at a path error inside its range, and the points it lies between."""
-    found: list[tuple[float, tuple[str, ...]]] = [(p.metrics[name], (p.name,)) for p in points if _error(p) == error]
+    """The least value of the curve at a path error inside its range, and the points that it lies between."""
+    values: list[tuple[float, tuple[str, ...]]] = [(p.metrics[name], (p.name,)) for p in points if _error(p) == error]
     for first, second in pairwise(points):
         a, b = _error(first), _error(second)
         if min(a, b) < error < max(a, b):
             share = (error - a) / (b - a)
             value = first.metrics[name] + (second.metrics[name] - first.metrics[name]) * share
-            found.append((value, (first.name, second.name)))
-    return min(found)
+            values.append((value, (first.name, second.name)))
+    return min(values)

@@ -1,10 +1,13 @@
-"""How metrics are called in the report's tables, and in which order."""
+"""The titles of metrics in the report's tables, their order, and how values are written."""
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
 
-COLUMNS: Final = {
+from orchestrator.reproduction.paper.verdict import DecidingNumber
+
+METRIC_TITLES: Final = {
     "gap_obstacle": "gap to obstacle [m]",
     "gap_edge": "gap to edge [m]",
     "corridor_violations": "corridor violations",
@@ -29,7 +32,7 @@ COLUMNS: Final = {
 }
 """Metrics of a run; those of a run folder that are not listed here follow under their own names."""
 
-MORE: Final = {
+_DECIDING_TITLES: Final = METRIC_TITLES | {
     "distance": "largest distance [m]",
     "failures": "failed solves",
     "p50_us": "time per sample, p50 [us]",
@@ -37,17 +40,56 @@ MORE: Final = {
     "cases": "variations compared",
     "cannot be compared": "variations not comparable",
 }
+"""Beside the metrics of a run, those that stand in the cases of verdicts only."""
+
+_TABLES: Final = (
+    ("Safety and accuracy", ("gap_obstacle", "gap_edge", "corridor_violations", "path_error_rms", "path_error_max")),
+    (
+        "Smoothness",
+        (
+            "r_peak",
+            "r_rms",
+            "r_total_variation",
+            "r_sign_changes",
+            "r_dot_rms",
+            "r_dot_peak",
+            "delta_f_rate_rms",
+            "a_y_peak",
+        ),
+    ),
+    ("Limits and speed", ("mu_f_max", "mu_r_max", "v_x_min", "v_x_max")),
+    ("Solver", ("solver_iterations_max", "solver_kkt_max", "solver_limits", "solver_fallbacks")),
+)
+"""The table of metrics in parts that fit a page; together they have all `METRIC_TITLES`."""
 
 
-def title(name: str) -> str:
-    """The title of a metric, `X of Y` included."""
-    own, of, whose = name.partition(" of ")
-    found = {**COLUMNS, **MORE}.get(own, own)
-    return f"{found}, {whose}" if of else found
+def metric_tables(runs: Iterable[Mapping[str, Any]]) -> list[tuple[str, list[str]]]:
+    """The tables of metrics that these runs need: heading, and the metrics that at least one run has."""
+    present = dict.fromkeys(name for run in runs for name in run["metrics"])
+    listed = {name for _, names in _TABLES for name in names}
+    others = tuple(name for name in present if name not in listed)
+    tables = [(heading, [n for n in names if n in present]) for heading, names in (*_TABLES, ("Others", others))]
+    return [(heading, names) for heading, names in tables if names]
 
 
-def number(value: float) -> str:
-    """A value in three significant digits, whole numbers as they are."""
+def metric_title(name: str) -> str:
+    """The title of a metric of a run."""
+    return METRIC_TITLES.get(name, name)
+
+
+def labelled(number: DecidingNumber) -> str:
+    """A number of a case with its title."""
+    title = _DECIDING_TITLES.get(number.metric, number.metric)
+    return f"{title}{f', {number.of}' if number.of else ''}: {written(number.value)}"
+
+
+def written(value: float) -> str:
+    """A value in three significant digits; whole numbers are written as they are."""
     if value == round(value) and abs(value) < 1e6:  # noqa: PLR2004 - longer ones are no counts
         return f"{value:.0f}"
     return f"{value:.3g}"
+
+
+def percentage(share: float) -> str:
+    """A share as a percentage."""
+    return f"{share:.1%}"

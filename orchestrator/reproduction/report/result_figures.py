@@ -1,13 +1,14 @@
-"""The result figures of the paper, drawn from run folders; road, obstacles and vehicles to scale as in a run's figures.
+"""The result figures of the paper, drawn from run folders.
 
-Trajectory and yaw rate for three comparisons: different algorithms, static and moving obstacles.
+The paper shows trajectory and yaw rate in three comparisons: different algorithms, static and moving obstacles. Road,
+obstacles and vehicles are to scale, as in the figures of a single run.
 """
 # pyright: basic
 # matplotlib carries few types; everything that leaves this file is annotated.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -32,13 +33,13 @@ from orchestrator.pictures.figures import (
 from orchestrator.pictures.signals import Cast, Columns, cast, signals
 from orchestrator.reproduction.paper import matched
 from orchestrator.reproduction.paper.evidence import Evidence, Result
-from orchestrator.reproduction.paper.experiments import Kind, Picture
+from orchestrator.reproduction.paper.experiments import FigureKind, ReportFigure
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.system.scene import Scene
 
-_LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
+_LINE_STYLES: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
     "MP literal": ("#8a5cc9", (0, (6, 2)), "*"),
     "LQR": ("#d1602a", (0, (2, 1.5)), "."),
@@ -47,7 +48,7 @@ _LOOKS: Final[Mapping[str, tuple[str, Any, str]]] = {
     "pure pursuit": ("#c2417f", (0, (8, 2, 1, 2)), "."),
     "mpc-plus": ("#2c9c69", (0, (4, 1)), "^"),
 }
-"""Colour, dashes and marker of what is drawn more than once, the same in all figures."""
+"""Colour, dashes and marker of the labels that appear in several figures"""
 _SMOOTHNESS_TITLES: Final = ("total variation of r [rad/s]", "rms yaw acceleration [rad/s2]")
 _OTHERS: Final[Sequence[tuple[str, Any, str]]] = (
     ("#2c9c69", (0, (6, 2)), "s"),
@@ -58,7 +59,7 @@ _OTHERS: Final[Sequence[tuple[str, Any, str]]] = (
 
 @dataclass(frozen=True)
 class Track:
-    """What a run leaves to be drawn."""
+    """The rows of a run, with what it takes to draw them."""
 
     label: str
     columns: Columns
@@ -67,7 +68,7 @@ class Track:
 
     @classmethod
     def of(cls, outcome: Outcome) -> Track | None:
-        """The track of a run; none where there is no scene."""
+        """Read the track of a run; None if it has no scene or no rows."""
         made = ssp_reader.read(outcome.folder / "system.ssp")
         frame = pd.read_parquet(outcome.folder / "signals.parquet")
         if made.scene is None or frame.empty:
@@ -77,29 +78,37 @@ class Track:
 
     @property
     def x(self) -> Any:
-        """Position along the road."""
+        """Position along the road [m], `(n,)`."""
         return self.columns.of(f"{self.who.plant}.state.x")
 
     @property
     def y(self) -> Any:
-        """Position across the road."""
+        """Position across the road [m], `(n,)`."""
         return self.columns.of(f"{self.who.plant}.state.y")
 
     @property
     def r(self) -> Any:
-        """Yaw rate."""
+        """Yaw rate [rad/s], `(n,)`."""
         return self.columns.of(f"{self.who.plant}.state.r")
 
 
-def draw(picture: Picture, outcomes: Mapping[str, Outcome], evidence: Evidence, path: Path) -> bool:
-    """Draw a figure of the report; tells whether there was anything to draw."""
-    tracks = [track for name in picture.runs if (track := Track.of(outcomes[name])) is not None]
-    if picture.kind is Kind.SMOOTHNESS:
-        figure = _smoothness([r for r in evidence.results if r.name in picture.runs], evidence)
+def draw(planned: ReportFigure, outcomes: Mapping[str, Outcome], evidence: Evidence, path: Path) -> bool:
+    """Draw a figure of the report.
+
+    Args:
+        planned: What the figure shows, and of which runs.
+        outcomes: The executed runs by name.
+        evidence: The metrics of the runs.
+        path: The file to write.
+
+    Returns:
+        Whether there was anything to draw.
+    """
+    if planned.kind is FigureKind.SMOOTHNESS:
+        figure = _smoothness([r for r in evidence.results if r.name in planned.runs], evidence)
     else:
-        figure = {Kind.TRAJECTORY: _trajectories, Kind.YAW_RATE: _yaw_rates, Kind.DISTANCE: _distances}[picture.kind](
-            tracks
-        )
+        tracks = [track for name in planned.runs if (track := Track.of(outcomes[name])) is not None]
+        figure = _DRAWN_FROM_TRACKS[planned.kind](tracks)
     if figure is None:
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -107,16 +116,16 @@ def draw(picture: Picture, outcomes: Mapping[str, Outcome], evidence: Evidence, 
     return True
 
 
-def looks(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
-    """How each of these is drawn."""
+def line_styles(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
+    """Colour, dashes and marker of each label; those that are not known take turns."""
     others = iter(_OTHERS * len(labels))
-    return [_LOOKS[label] if label in _LOOKS else next(others) for label in labels]
+    return [_LINE_STYLES[label] if label in _LINE_STYLES else next(others) for label in labels]
 
 
 def _trajectories(tracks: Sequence[Track]) -> Figure | None:
-    """The road from above, to scale, in stretches one below the other, with what several controllers drove.
+    """The road from above, to scale, in stretches one below the other, with the paths that several controllers drove.
 
-    The boxes are those of the first, once a second.
+    The boxes are those of the first run, once a second.
     """
     if not tracks:
         return None
@@ -134,7 +143,7 @@ def _trajectories(tracks: Sequence[Track]) -> Figure | None:
         if state is not None:
             _vehicle(axes, first.columns, state, first.scene)
         _desired(axes, first)
-        for track, (colour, dashes, _) in zip(tracks, looks([t.label for t in tracks]), strict=True):
+        for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
             axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
         axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         axes.tick_params(labelsize=8)
@@ -144,7 +153,7 @@ def _trajectories(tracks: Sequence[Track]) -> Figure | None:
 
 
 def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
-    """Where along the road there is something to see: all vehicles, whole."""
+    """The least and the largest x [m] at which a vehicle is to be seen."""
     reach = tracks[0].scene.ego_length
     places = [values for track in tracks for values in (track.x.min(), track.x.max())]
     found = drawing.obstacles(tracks[0].columns, tracks[0].who)
@@ -154,7 +163,7 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
 
 
 def _desired(axes: Any, track: Track) -> None:
-    """The path once the lane change has been planned, where the waypoints reach furthest to the left."""
+    """The path at the first instant at which its waypoints are not all in one lane."""
     path = track.columns.bus(track.who.controller, "path", "x", "y")
     if path is None:
         return
@@ -168,7 +177,7 @@ def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:
     if not tracks:
         return None
     figure, panels = _sheet(2.9, 1)
-    for track, (colour, dashes, _) in zip(tracks, looks([t.label for t in tracks]), strict=True):
+    for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
         time = track.columns.time
         panels[0].plot(time, track.r, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
     panels[0].set_ylabel("yaw rate r [rad/s]", fontsize=9)
@@ -177,12 +186,12 @@ def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:
 
 
 def _distances(tracks: Sequence[Track]) -> Figure | None:
-    """How far several trajectories are from the first, at the same instant, on a logarithmic axis."""
+    """The distance of several trajectories from the first one at the same instant, on a logarithmic axis."""
     if len(tracks) < 2:  # noqa: PLR2004 - nothing to compare
         return None
     figure, panels = _sheet(2.6, 1)
     first = tracks[0]
-    for track, (colour, dashes, _) in list(zip(tracks, looks([t.label for t in tracks]), strict=True))[1:]:
+    for track, (colour, dashes, _) in list(zip(tracks, line_styles([t.label for t in tracks]), strict=True))[1:]:
         k = min(len(first.x), len(track.x))
         distance = np.hypot(track.x[:k] - first.x[:k], track.y[:k] - first.y[:k])
         shown, time = np.where(distance > 0, distance, np.nan), first.columns.time[:k]
@@ -193,17 +202,17 @@ def _distances(tracks: Sequence[Track]) -> Figure | None:
 
 
 def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
-    """The curve of each tracker's gains, and where other controllers are; down and to the left is better."""
+    """The curve of each tracker's gains, and the other controllers as points; down and to the left is better."""
     curves = evidence.curves_for(single[0]) if single else []
     if not curves:
         return None
     figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, name, title in zip(panels, matched.SMOOTHNESS, _SMOOTHNESS_TITLES, strict=True):
-        for curve, (colour, _, marker) in zip(curves, looks([c.label for c in curves]), strict=True):
+        for curve, (colour, _, marker) in zip(curves, line_styles([c.label for c in curves]), strict=True):
             error, value = ([p.metrics[m] for p in curve.points] for m in (matched.ACCURACY, name))
             axes.plot(error, value, "-", color=colour, marker=marker, linewidth=1.2, label=f"{curve.label}, gains")
-        for result, (colour, _, marker) in zip(single, looks([r.label for r in single]), strict=True):
+        for result, (colour, _, marker) in zip(single, line_styles([r.label for r in single]), strict=True):
             at = [result.metrics[matched.ACCURACY]], [result.metrics[name]]
             axes.plot(*at, marker, color=colour, markersize=9, label=result.label, zorder=5)
         axes.set(xlabel="rms path error [m]", xlim=(0, None), ylim=(0, None))
@@ -219,3 +228,10 @@ def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
 def _legend(figure: Figure, axes: Any) -> None:
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper center", ncols=5, fontsize=7, frameon=False, borderaxespad=0.2)
+
+
+_DRAWN_FROM_TRACKS: Final[Mapping[FigureKind, Callable[[Sequence[Track]], Figure | None]]] = {
+    FigureKind.TRAJECTORY: _trajectories,
+    FigureKind.YAW_RATE: _yaw_rates,
+    FigureKind.DISTANCE: _distances,
+}

@@ -1,13 +1,13 @@
-"""The varied set: every controller drives every case, on all cores, without recordings.
+"""The varied set: every case is run with every controller, on all cores, without recordings.
 
-Each process opens the FMUs once and changes parameters only (see `kept`); a case that is run again by its command
-gives the same numbers.
+Each process opens the FMUs once and changes their parameters only. A case that is run again by its command gives the
+same numbers.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
@@ -16,16 +16,16 @@ from typing import Final
 import pandas as pd
 
 from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result, more_metrics
 from orchestrator.reproduction.varied import variations
-from orchestrator.reproduction.varied.variations import Case, Driver, Request, Variations
+from orchestrator.reproduction.varied.variations import VariedCase, VariedController, VariedPlan, VariedRequest
 from orchestrator.results import metrics
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.scenario.resolution import resolve
-from orchestrator.scenario.scenario_file import read
 from orchestrator.scenario.settings import parse_settings
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
@@ -38,71 +38,74 @@ _ROLES: Final = {name: name for name in SOCKETS}
 
 
 @dataclass(frozen=True)
-class Driven:
-    """A case, and what became of it with each controller."""
+class CaseResults:
+    """The results of a case with each controller."""
 
-    case: Case
+    case: VariedCase
     results: Mapping[str, Result]
-    """By the driver's name"""
+    """By the controller's name in the plan"""
     faults: Mapping[str, str]
+    """What ended a run before its time, by the controller's name in the plan"""
 
 
 @dataclass(frozen=True)
 class VariedSet:
-    """All cases of a seed."""
+    """The results of all cases that were asked for."""
 
-    variations: Variations
+    plan: VariedPlan
     seed: int
-    driven: tuple[Driven, ...]
+    cases: tuple[CaseResults, ...]
 
 
-def build(request: Request, progress: Callable[[str], None]) -> None:
+def build(request: VariedRequest, progress: Callable[[str], None]) -> None:
     """Build the FMUs that the cases need."""
-    traffic = {read(task)[1].units["traffic"].block for task in variations.TASKS}
-    blocks = {request.variations.plant, *(driver.controller for driver in request.variations.controllers)}
-    runs.build_blocks(blocks | {name for name in traffic if name}, progress)
+    blocks = {request.plan.plant, *(controller.controller for controller in request.plan.controllers)}
+    runs.build_blocks(blocks, set(variations.TASKS), progress)
 
 
-def run(request: Request, done: Callable[[], None]) -> VariedSet:
-    """Drive all cases on all cores; `done` is called after each."""
-    driven: dict[int, Driven] = {}
+def run(request: VariedRequest, done: Callable[[], None]) -> VariedSet:
+    """Run all cases on all cores; `done` is called after each."""
+    results: dict[int, CaseResults] = {}
     with runs.processes() as pool:
-        futures = [pool.submit(drive, case, request.variations) for case in request.cases]
+        futures = [pool.submit(run_case, case, request.plan) for case in request.cases]
         for future in as_completed(futures):
-            driven[future.result().case.number] = future.result()
+            results[future.result().case.number] = future.result()
             done()
-    return VariedSet(request.variations, request.seed, tuple(driven[case.number] for case in request.cases))
+    return VariedSet(request.plan, request.seed, tuple(results[case.number] for case in request.cases))
 
 
-def drive(case: Case, found: Variations) -> Driven:
-    """One case with every controller."""
+def run_case(case: VariedCase, plan: VariedPlan) -> CaseResults:
+    """Run one case with every controller that takes part in its task."""
     results: dict[str, Result] = {}
     faults: dict[str, str] = {}
-    for driver in found.controllers:
-        if case.task not in driver.tasks:
+    for controller in plan.controllers:
+        if case.task not in controller.tasks:
             continue
-        frame, scene, fault = simulate(case, driver, found.plant)
-        told = {**metrics.compute(frame, _ROLES, scene), **more_metrics(frame)} if len(frame) else {}
-        results[driver.name] = Result(
-            name=driver.name,
+        frame, scene, fault = simulate(case, controller, plan.plant)
+        measured = {**metrics.compute(frame, _ROLES, scene), **more_metrics(frame)} if len(frame) else {}
+        results[controller.name] = Result(
+            name=controller.name,
             task=case.task,
-            plant=found.plant,
-            controller=driver.controller,
-            role=driver.role,
-            label=driver.label,
-            metrics=told,
+            plant=plan.plant,
+            controller=controller.controller,
+            role=controller.role,
+            label=controller.label,
+            metrics=measured,
             finished=not fault,
         )
-        faults |= {driver.name: fault} if fault else {}
-    return Driven(case, results, faults)
+        faults |= {controller.name: fault} if fault else {}
+    return CaseResults(case, results, faults)
 
 
-def simulate(case: Case, driver: Driver, plant: str) -> tuple[pd.DataFrame, Scene, str]:
-    """All rows of one case with one controller, its scene, and the fault that ended it, if any."""
-    made = _prepared(case.task, driver.controller, plant)
-    texts = variations.settings_for(case, driver)
-    system, scene = with_settings(made, texts)
-    simulation = Simulation(system, h=made.h, until=case.stop_time)
+def simulate(case: VariedCase, controller: VariedController, plant: str) -> tuple[pd.DataFrame, Scene, str]:
+    """Simulate one case with one controller.
+
+    Returns:
+        All rows, the scene, and the fault that ended the simulation, or an empty text.
+    """
+    scenario = _prepared(case.task, controller.controller, plant)
+    system, scene = with_settings(scenario, variations.settings_for(case, controller))
+    simulation = Simulation(system, h=scenario.h, until=case.stop_time)
     try:
         with simulation:
             simulation.run()
@@ -113,24 +116,29 @@ def simulate(case: Case, driver: Driver, plant: str) -> tuple[pd.DataFrame, Scen
 
 @cache
 def _prepared(task: str, controller: str, plant: str) -> Scenario:
-    """A scenario as it is before a case changes it; its FMUs are opened once in each process."""
+    """A scenario before a case changes it; its FMUs are opened once in each process."""
     return prepare(task, Options(mode=runs.MODE, replacements={"plant": plant, "controller": controller}))
 
 
-def with_settings(made: Scenario, texts: list[str]) -> tuple[System, Scene]:
-    """The system and scene of a prepared scenario with other settings: what `--set` does. Raises `RequestError`."""
-    if made.scene is None:
-        raise refuse(made.name, "no scene", "a scenario with a scene")
+def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
+    """Change parameters of a prepared scenario, as `--set` would.
+
+    Raises:
+        RequestError: If a setting does not fit, or the scenario has no scene.
+    """
+    if scenario.scene is None:
+        raise refuse(scenario.name, "no scene", "a scenario with a scene")
     settings = parse_settings(texts)
     units: dict[str, UnitSource] = {}
-    for name, source in made.system.units.items():
-        found = resolve(name, source.interface.parameters, _given(made, name), settings=settings[name])
-        raise_if_any(found.problems)
-        units[name] = source.with_parameters(found.values).kept()
-    scene = {s.name: s.value for s in settings["scene"]}
-    return dataclasses.replace(made.system, units=units), dataclasses.replace(made.scene, **scene)
+    for name, source in scenario.system.units.items():
+        declared = source.interface.parameters
+        resolution = resolve(name, declared, _given(scenario, name, declared), settings=settings[name])
+        raise_if_any(resolution.problems)
+        units[name] = source.with_parameters(resolution.values).kept()
+    scene = {setting.name: setting.value for setting in settings["scene"]}
+    return dataclasses.replace(scenario.system, units=units), dataclasses.replace(scenario.scene, **scene)
 
 
-def _given(made: Scenario, unit: str) -> dict[str, Given]:
-    prefix = f"{unit}."
-    return {n.removeprefix(prefix): Given(**told) for n, told in made.sources.items() if n.startswith(prefix)}
+def _given(scenario: Scenario, unit: str, declared: Sequence[Variable]) -> dict[str, Given]:
+    paths = {variable.name: f"{unit}.{variable.name}" for variable in declared}
+    return {name: Given(**scenario.sources[path]) for name, path in paths.items() if path in scenario.sources}

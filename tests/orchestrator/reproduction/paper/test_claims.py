@@ -6,7 +6,7 @@ import pytest
 
 from orchestrator.reproduction.paper import claims, goals
 from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Curve, Evidence, Result, Timing
-from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.paper.verdict import Case, Status, condition
 
 SMOOTH = {
@@ -45,17 +45,17 @@ def result(role, metrics, label, task="static", controller="", plant="bicycle", 
 
 
 def mp(metrics=SMOOTH, **more):
-    return result(Role.MP, metrics, "MP tuned", controller="mpc", **more)
+    return result(RunRole.MP, metrics, "MP tuned", controller="mpc", **more)
 
 
 def lqr(metrics=ROUGH, **more):
-    return result(Role.TWO_LEVEL, metrics, "LQR", controller="lqr", **more)
+    return result(RunRole.TWO_LEVEL, metrics, "LQR", controller="lqr", **more)
 
 
 def curve(*points, plant="bicycle"):
     """A sweep with these path errors, total variations of r and rms r_dot."""
     made = [
-        Result(f"sweep-{i}", "static", plant, "lqr", Role.SWEEP, "LQR", dict(zip(
+        Result(f"sweep-{i}", "static", plant, "lqr", RunRole.SWEEP, "LQR", dict(zip(
             ("path_error_rms", "r_total_variation", "r_dot_rms"), point, strict=True)))
         for i, point in enumerate(points)
     ]  # fmt: skip
@@ -70,7 +70,7 @@ def algorithms(**changed):
     """The evidence of C7 with some numbers changed."""
     values = {"distance": 1e-4, "failures": 0.0, "own": 20.0, "its": 100.0, **changed}
     reference = mp(solver_limits=values["failures"])
-    other = result(Role.ALGORITHM, SMOOTH, "MP, SQP", controller="mpc_sqp")
+    other = result(RunRole.ALGORITHM, SMOOTH, "MP, SQP", controller="mpc_sqp")
     return Evidence(
         (reference, other),
         distances={other.name: values["distance"]},
@@ -197,19 +197,19 @@ def test_nothing_is_decided_without_runs(claim):
 
 @pytest.mark.parametrize("claim", ["C1", "C2", "C3", "C4", "C5"])
 def test_a_run_that_ended_in_a_fault_decides_against_the_method_whatever_it_measured_before(claim):
-    broken = Result("b", "static", "bicycle", "mpc", Role.MP, "MP tuned", {}, finished=False)
+    broken = Result("b", "static", "bicycle", "mpc", RunRole.MP, "MP tuned", {}, finished=False)
     found = curve((0.1, 14, 2.0), (0.3, 8, 1.0))
     verdict = decide(claim, broken, lqr(), curves=(found,))
     assert verdict.status is (Status.CONDITION if claim == "C2" else Status.FAILS)
 
 
 def test_a_baseline_that_ended_in_a_fault_decides_nothing():
-    broken = Result("b", "static", "bicycle", "lqr", Role.TWO_LEVEL, "LQR", {}, finished=False)
+    broken = Result("b", "static", "bicycle", "lqr", RunRole.TWO_LEVEL, "LQR", {}, finished=False)
     assert decide("C3", mp(), broken).status is Status.OPEN
 
 
 def test_claims_hold_for_some_settings_under_the_condition_that_names_them():
-    literal = result(Role.MP, ROUGH, "MP literal", r_dot_rms=3.0, delta_f_rate_rms=2.0)
+    literal = result(RunRole.MP, ROUGH, "MP literal", r_dot_rms=3.0, delta_f_rate_rms=2.0)
     verdict = decide("C3", mp(), literal, lqr())
     assert verdict.status is Status.CONDITION
     assert verdict.condition == "only for setting MP tuned"
@@ -232,7 +232,7 @@ def test_a_condition_is_told_in_as_few_factors_as_explain_it():
 )
 def test_the_goal_flips_with_contact_edge_accuracy_and_smoothness(metrics):
     def decided(**changed):
-        plus = result(Role.PLUS, {**SMOOTH, "r_dot_rms": 0.4}, "mpc-plus", **changed)
+        plus = result(RunRole.PLUS, {**SMOOTH, "r_dot_rms": 0.4}, "mpc-plus", **changed)
         return goals.nominal(Evidence((mp(), plus))).status
 
     assert decided() is Status.HOLDS

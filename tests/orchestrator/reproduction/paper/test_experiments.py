@@ -6,7 +6,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from orchestrator.reproduction.paper import experiments
-from orchestrator.reproduction.paper.experiments import Kind, Role
+from orchestrator.reproduction.paper.experiments import FigureKind, RunRole
 
 
 def listed(tmp_path, text):
@@ -24,7 +24,7 @@ RUN = (
 def test_the_list_fits_this_installation_and_has_all_that_the_claims_need():
     found = experiments.load()
     roles = {run.role for run in found.runs}
-    assert roles == set(Role) - {Role.SWEEP}
+    assert roles == set(RunRole) - {RunRole.SWEEP}
     assert {run.task for run in found.runs} == {"static", "dynamic", "dynamic-slow"}
     assert {run.plant for run in found.runs} == {"bicycle", "bicycle_saturated"}
     assert {s.controller for s in found.sweeps} == {"lqr", "stanley", "pure_pursuit"}
@@ -33,7 +33,7 @@ def test_the_list_fits_this_installation_and_has_all_that_the_claims_need():
 
 def test_the_seven_figures_of_the_paper_come_first():
     kinds = [figure.kind for figure in experiments.load().figures[:7]]
-    assert kinds == [Kind.TRAJECTORY, Kind.YAW_RATE] * 3 + [Kind.SMOOTHNESS]
+    assert kinds == [FigureKind.TRAJECTORY, FigureKind.YAW_RATE] * 3 + [FigureKind.SMOOTHNESS]
 
 
 def test_a_block_that_is_not_there_is_refused_with_all_others_that_are_not(tmp_path):
@@ -71,4 +71,4 @@ def test_a_sweep_is_one_run_for_each_value():
     sweep = next(s for s in experiments.load().sweeps if s.name == "sweep-stanley")
     made = sweep.runs()
     assert [run.settings for run in made] == [(f"controller.k={value!r}",) for value in sweep.values]
-    assert all(run.role is Role.SWEEP for run in made)
+    assert all(run.role is RunRole.SWEEP for run in made)

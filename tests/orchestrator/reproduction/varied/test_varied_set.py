@@ -11,9 +11,9 @@ import pytest
 from components.interfaces.problem import RequestError
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result
-from orchestrator.reproduction.paper.experiments import Role
+from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.varied import variations, varied_content, varied_set
-from orchestrator.reproduction.varied.varied_set import Driven, VariedSet
+from orchestrator.reproduction.varied.varied_set import CaseResults, VariedSet
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
@@ -119,18 +119,18 @@ def doctored(shares):
         mp = {n: 0.5 * value for n, value in METRICS.items()}
         plus = {**METRICS, "gap_obstacle": float(number != len(shares) - 1)}
         rows = (
-            ("mpc", Role.MP, "MP tuned", mp),
-            ("lqr", Role.TWO_LEVEL, "LQR", lqr),
-            ("mpc-plus", Role.PLUS, "+", plus),
+            ("mpc", RunRole.MP, "MP tuned", mp),
+            ("lqr", RunRole.TWO_LEVEL, "LQR", lqr),
+            ("mpc-plus", RunRole.PLUS, "+", plus),
         )
         results = {n: Result(n, "static", FOUND.plant, n, role, label, metrics) for n, role, label, metrics in rows}
-        driven.append(Driven(CASES[3 * number], results, {}))
+        driven.append(CaseResults(CASES[3 * number], results, {}))
     return VariedSet(FOUND, 3, tuple(driven))
 
 
 @pytest.mark.parametrize(("smoother", "verdict"), [(20, "holds"), (19, "holds"), (18, "does not hold")])
 def test_a_claim_holds_on_the_varied_set_where_it_holds_in_nearly_all_cases(smoother, verdict):
-    told = varied_content.content(doctored([True] * smoother + [False] * (20 - smoother)))
+    told = varied_content.content(varied_content.judge(doctored([True] * smoother + [False] * (20 - smoother))))
     c3 = next(v for v in told["claims"] if v["claim"] == "C3")
     assert c3["verdict"] == verdict
     assert c3["cases"][0]["numbers"]["share"] == smoother / 20
@@ -139,7 +139,7 @@ def test_a_claim_holds_on_the_varied_set_where_it_holds_in_nearly_all_cases(smoo
 
 def test_shares_and_the_cases_that_are_left_to_look_at():
     found = doctored([True] * 4)
-    told = varied_content.content(found)
+    told = varied_content.content(varied_content.judge(found))
     plus = next(c for c in told["controllers"] if c["name"] == "mpc-plus")
     assert (plus["no_contact"], plus["inside_road"], plus["both"]) == (0.75, 1.0, 0.75)
     assert told["unresolved"] == [9]

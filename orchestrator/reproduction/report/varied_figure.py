@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from orchestrator.pictures.figures import _DPI, _WIDTH
-from orchestrator.reproduction.report.result_figures import looks
+from orchestrator.reproduction.paper.experiments import RunRole
+from orchestrator.reproduction.report.result_figures import line_styles
+from orchestrator.reproduction.varied.varied_set import VariedSet
 
 _PANELS: Final = (
     ("gap_edge", "gap to edge [m]", (-1.5, 1.0)),
@@ -20,19 +21,18 @@ _PANELS: Final = (
     ("path_error_rms", "rms path error [m]", (0.0, 0.6)),
     ("r_dot_rms", "rms yaw acceleration [rad/s2]", (0.0, 4.0)),
 )
-"""Metric, title, and what is shown of it; the rest of a distribution is told by where its curve leaves the panel."""
+"""Metric, title and limits of each panel; where a curve leaves its panel, it tells the share beyond the limits."""
 
 
-def draw(varied: Mapping[str, Any], path: Path) -> None:
-    """Draw the distributions of the controllers."""
-    shown = [c["name"] for c in varied["controllers"] if not c["settings"] or "," not in c["label"]]
-    labels = {c["name"]: c["label"] for c in varied["controllers"]}
+def draw_varied(varied: VariedSet, path: Path) -> None:
+    """Draw the distributions of the controllers, without those that are points of a curve of gains only."""
+    shown = [c for c in varied.plan.controllers if c.role is not RunRole.SWEEP]
     figure = Figure(figsize=(_WIDTH, 5.0), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (metric, title, limits) in zip(panels, _PANELS, strict=True):
-        for name, (colour, dashes, _) in zip(shown, looks([labels[n] for n in shown]), strict=True):
-            runs = [case["runs"][name] for case in varied["cases"] if name in case["runs"]]
-            values = np.sort([run["metrics"][metric] for run in runs if metric in run["metrics"]])
+        for controller, (colour, dashes, _) in zip(shown, line_styles([c.label for c in shown]), strict=True):
+            results = [case.results[controller.name] for case in varied.cases if controller.name in case.results]
+            values = np.sort([r.metrics[metric] for r in results if metric in r.metrics])
             if len(values):
                 share = np.arange(1, len(values) + 1) / len(values)
                 axes.step(
@@ -42,7 +42,7 @@ def draw(varied: Mapping[str, Any], path: Path) -> None:
                     color=colour,
                     linestyle=dashes,
                     linewidth=1.3,
-                    label=labels[name],
+                    label=controller.label,
                 )
         axes.set(xlim=limits, ylim=(0, 1), xlabel=title)
         axes.set_ylabel("share of the cases below", fontsize=8)
