@@ -4,62 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.reproduction.paper import claims, goals
-from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Curve, Evidence, Result, Timing
+from orchestrator.reproduction.paper import claims
+from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
 from orchestrator.reproduction.paper.experiments import RunRole
-from orchestrator.reproduction.paper.verdict import Case, Status, condition
+from orchestrator.reproduction.paper.verdict import Status
+from tests.orchestrator.reproduction.made_results import ROUGH, SMOOTH, curve, lqr, mp, result
 
-SMOOTH = {
-    "gap_obstacle": 1.5,
-    "gap_edge": 0.2,
-    "corridor_violations": 0.0,
-    "path_error_rms": 0.2,
-    "path_error_max": 0.5,
-    "r_peak": 0.6,
-    "r_rms": 0.3,
-    "r_total_variation": 5.0,
-    "r_sign_changes": 5.0,
-    "r_dot_rms": 0.6,
-    "r_dot_peak": 1.6,
-    "delta_f_rate_rms": 0.2,
-    "v_x_min": 9.8,
-    "solver_limits": 0.0,
-    "solver_fallbacks": 0.0,
-}
-ROUGH = {
-    **SMOOTH,
-    "r_peak": 1.2,
-    "r_rms": 0.5,
-    "r_total_variation": 12.0,
-    "r_sign_changes": 8.0,
-    "r_dot_rms": 2.0,
-    "r_dot_peak": 8.0,
-    "delta_f_rate_rms": 1.2,
-}
 CLAIMS = claims.CLAIMS
-
-
-def result(role, metrics, label, task="static", controller="", plant="bicycle", **more):
-    name = f"{task}-{plant}-{label}"
-    return Result(name, task, plant, controller or label, role, label, {**metrics, **more})
-
-
-def mp(metrics=SMOOTH, **more):
-    return result(RunRole.MP, metrics, "MP tuned", controller="mpc", **more)
-
-
-def lqr(metrics=ROUGH, **more):
-    return result(RunRole.TWO_LEVEL, metrics, "LQR", controller="lqr", **more)
-
-
-def curve(*points, plant="bicycle"):
-    """A sweep with these path errors, total variations of r and rms r_dot."""
-    made = [
-        Result(f"sweep-{i}", "static", plant, "lqr", RunRole.SWEEP, "LQR", dict(zip(
-            ("path_error_rms", "r_total_variation", "r_dot_rms"), point, strict=True)))
-        for i, point in enumerate(points)
-    ]  # fmt: skip
-    return Curve("sweep", "static", plant, "LQR", tuple(made))
 
 
 def decide(claim, *results, **more):
@@ -213,27 +164,3 @@ def test_claims_hold_for_some_settings_under_the_condition_that_names_them():
     verdict = decide("C3", mp(), literal, lqr())
     assert verdict.status is Status.CONDITION
     assert verdict.condition == "only for setting MP tuned"
-
-
-def test_a_condition_is_told_in_as_few_factors_as_explain_it():
-    def case(setting, against, tyre, holds):
-        return Case({"setting": setting, "against": against, "tyre": tyre}, holds, {}, ())
-
-    by_two = [case(s, a, "linear", s == "A" or a == "X") for s in "AB" for a in "XY"]
-    assert condition(by_two) == "except for setting B / against Y"
-    one = [case(s, a, t, t == "linear") for s in "AB" for a in "XY" for t in ("linear", "saturating")]
-    assert condition(one) == "only for tyre linear"
-
-
-@pytest.mark.parametrize(
-    "metrics",
-    [{"gap_obstacle": 0.0}, {"gap_edge": -0.1}, {"path_error_rms": 0.26}, {"r_dot_rms": 0.7}],
-    ids=lambda m: next(iter(m)),
-)
-def test_the_goal_flips_with_contact_edge_accuracy_and_smoothness(metrics):
-    def decided(**changed):
-        plus = result(RunRole.PLUS, {**SMOOTH, "r_dot_rms": 0.4}, "mpc-plus", **changed)
-        return goals.nominal(Evidence((mp(), plus))).status
-
-    assert decided() is Status.HOLDS
-    assert decided(**metrics) is Status.FAILS
