@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from orchestrator.recording.messages import Recorder, Request
+from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
@@ -23,7 +23,7 @@ from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.stepping.rows import paces, without_gaps
 from orchestrator.system.experiment import EVERYTHING, Scenario
-from orchestrator.viewing.live import Live
+from orchestrator.viewing.live import LiveStream
 
 RECORDING = "recording.rrd"
 
@@ -45,7 +45,7 @@ class Beside:
     """What goes on beside the stepping, and after it."""
 
     recording: Recorder
-    live: Live | None = None
+    live: LiveStream | None = None
     """Who streams to a viewer"""
     realtime: float | None = None
     """Seconds to simulate in a second; as fast as possible if not given"""
@@ -74,7 +74,9 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
             fault = _attempt(lambda: running.enter_context(simulation))
             folder = summary.new_folder(scenario.name, out)
             summary.write_system(scenario, folder)
-            request = Request(folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario))
+            request = RecordingRequest(
+                folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
+            )
             try:
                 _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
                 progress(f"stepping {scenario.name}")
@@ -98,7 +100,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
     return Finished(folder, told, ended, notes)
 
 
-def _begin(streams: Sequence[Recorder], request: Request, simulation: Simulation, *, figures: bool) -> None:
+def _begin(streams: Sequence[Recorder], request: RecordingRequest, simulation: Simulation, *, figures: bool) -> None:
     """Begin to record; from here on there is a file, whatever happens."""
     for stream in streams:
         stream.begin(request, simulation)
@@ -162,7 +164,9 @@ def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
     return ""
 
 
-def _recorded(beside: Beside, request: Request, simulation: Simulation, ending: Mapping[str, str]) -> tuple[str, ...]:
+def _recorded(
+    beside: Beside, request: RecordingRequest, simulation: Simulation, ending: Mapping[str, str]
+) -> tuple[str, ...]:
     """Wait for the recording and the viewer; notes on what went wrong."""
     problem = beside.recording.wait()
     if problem:  # its process died, but the rows are here

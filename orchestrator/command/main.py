@@ -87,7 +87,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             from orchestrator.load import load  # noqa: PLC0415
             from orchestrator.run import Beside, execute  # noqa: PLC0415
             from orchestrator.scenario.options import Options  # noqa: PLC0415
-            from orchestrator.viewing.live import Live, wish  # noqa: PLC0415
+            from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
             options = Options(
                 mode="blocks" if blocks else Version(int(fmi)),
@@ -101,9 +101,9 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
                 lenient=lenient,
                 isolate=isolate or [],
             )
-            wanted = wish(live=live, viewer=not no_viewer, web=web, url=connect)
+            wanted = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
             loaded = load(scenario, options, progress)
-            stream = None if wanted is None else watching.enter_context(Live(wanted, _tell))
+            stream = None if wanted is None else watching.enter_context(LiveStream(wanted, _tell))
             finished = execute(loaded, folder, progress, Beside(recording, stream, realtime))
         code = _conclude(finished, loaded.remarks)
         if stream is not None and err.is_terminal:

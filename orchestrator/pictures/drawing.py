@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchestrator.pictures.shapes import Array
-from orchestrator.pictures.signals import OBSTACLES, PATH, Cast, Columns, Recorded, bus_paths
+from orchestrator.pictures.signals import OBSTACLES, PATH, Cast, Recorded, SignalColumns, bus_paths
 from orchestrator.results.path_geometry import path_error
 from orchestrator.system.scene import Scene
 
@@ -54,7 +54,7 @@ class Boxes:
         return Boxes(self.count[rows], row, *rest)
 
 
-def obstacles(columns: Columns, who: Cast) -> tuple[Boxes, Array] | None:
+def obstacles(columns: SignalColumns, who: Cast) -> tuple[Boxes, Array] | None:
     """The obstacles that the traffic shows, and all that is known of them row by row."""
     found = columns.bus(who.traffic, *OBSTACLES)
     if found is None:
@@ -65,7 +65,7 @@ def obstacles(columns: Columns, who: Cast) -> tuple[Boxes, Array] | None:
     return boxes, np.column_stack(found)
 
 
-def errors(columns: Columns, who: Cast) -> Array | None:
+def errors(columns: SignalColumns, who: Cast) -> Array | None:
     """Lateral distance [m] of the vehicle from the path as the controller saw it at the same instant."""
     ego = columns.bus(who.plant, "state", "x", "y")
     path = columns.bus(who.controller, *PATH)

@@ -17,7 +17,7 @@ from components.interfaces.buses import SolverStatus
 from orchestrator.pictures.drawing import Boxes
 from orchestrator.pictures.plots import Limit
 from orchestrator.pictures.shapes import Array, Memory
-from orchestrator.pictures.signals import PATH, POSE, Cast, Columns, Recorded
+from orchestrator.pictures.signals import PATH, POSE, Cast, Recorded, SignalColumns
 from orchestrator.results import geometry
 from orchestrator.system.scene import Scene
 
@@ -48,7 +48,7 @@ class Event:
     level: str = "INFO"
 
 
-def phases(columns: Columns, who: Cast) -> NDArray[np.int64] | None:
+def phases(columns: SignalColumns, who: Cast) -> NDArray[np.int64] | None:
     """Where the vehicle is on its path, as indices (n,) into `PHASES`; None without a vehicle or a path.
 
     The changes begin at P1 and P8 and end at P7 and P11 of the path as the controller saw it at the same instant; a
@@ -71,7 +71,7 @@ def are_known(recorded: Recorded, who: Cast, scene: Scene | None, limits: list[L
     return any(limit.binds for limit in limits)
 
 
-class Log:
+class EventLog:
     """The events of one run, from batch to batch."""
 
     def __init__(self, who: Cast, scene: Scene | None, limits: list[Limit]) -> None:
@@ -80,7 +80,7 @@ class Log:
         self._plan: Array | None = None
         self._told = -np.inf
 
-    def of(self, columns: Columns, boxes: Boxes | None) -> list[Event]:
+    def of(self, columns: SignalColumns, boxes: Boxes | None) -> list[Event]:
         """The events of the rows that follow those of the last call, in order."""
         found = [
             *self._manoeuvre(columns),
@@ -92,7 +92,7 @@ class Log:
         ]
         return sorted(found, key=lambda event: event.row)
 
-    def _manoeuvre(self, columns: Columns) -> Iterator[Event]:
+    def _manoeuvre(self, columns: SignalColumns) -> Iterator[Event]:
         phase = phases(columns, self._who)
         ego = columns.bus(self._who.plant, "state", "x")
         if phase is None or ego is None:
@@ -101,7 +101,7 @@ class Log:
         for row in np.flatnonzero(phase != before):
             yield Event(int(row), f"{_PHASE_EVENTS[int(phase[row])]} at x = {ego[0][row]:.1f} m")
 
-    def _replanned(self, columns: Columns) -> Iterator[Event]:
+    def _replanned(self, columns: SignalColumns) -> Iterator[Event]:
         path = columns.bus(self._who.controller, *PATH)
         if path is None:
             return
@@ -119,7 +119,7 @@ class Log:
             yield Event(row, _plan_text(plans[row]))
             self._plan, self._told = plans[row], float(columns.time[row])
 
-    def _solver(self, columns: Columns) -> Iterator[Event]:
+    def _solver(self, columns: SignalColumns) -> Iterator[Event]:
         found = columns.bus(self._who.controller, *_STATUS)
         if found is None:
             return
@@ -130,14 +130,14 @@ class Log:
             for row in self._memory.begins(f"solver {status}", found[0] == status):
                 yield Event(int(row), text, level)
 
-    def _limit(self, columns: Columns) -> Iterator[Event]:
+    def _limit(self, columns: SignalColumns) -> Iterator[Event]:
         for limit in (x for x in self._limits if x.binds and columns.has(x.signal)):
             values, side = columns.of(limit.signal), np.sign(limit.value)
             holds = side * values >= side * limit.value * _AT_LIMIT
             for row in self._memory.begins(f"limit {limit.signal} {limit.label}", holds & (limit.value != 0)):
                 yield Event(int(row), _limit_text(limit), "WARN")
 
-    def _near(self, columns: Columns, boxes: Boxes) -> Iterator[Event]:
+    def _near(self, columns: SignalColumns, boxes: Boxes) -> Iterator[Event]:
         ego = columns.bus(self._who.plant, *POSE)
         if ego is None or self._scene is None:
             return
@@ -155,7 +155,7 @@ class Log:
         for row in self._memory.begins("contact", nearest <= 0):
             yield Event(int(row), f"contact with #{identity[row]}", "ERROR")
 
-    def _edge(self, columns: Columns) -> Iterator[Event]:
+    def _edge(self, columns: SignalColumns) -> Iterator[Event]:
         ego = columns.bus(self._who.plant, *POSE)
         if ego is None or self._scene is None:
             return

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from orchestrator.pictures import drawing, plots
 from orchestrator.pictures.plots import Plot
-from orchestrator.pictures.signals import Cast, Columns, cast, signals
+from orchestrator.pictures.signals import Cast, SignalColumns, cast, signals
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
@@ -55,7 +55,7 @@ _FILES: Final = (
 
 def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, folder: Path) -> list[Path]:
     """Draw what there is to draw into `folder`, and name the files."""
-    columns, who = Columns(frame, signals(system)), cast(system)
+    columns, who = SignalColumns(frame, signals(system)), cast(system)
     made: dict[str, Figure | None] = {"trajectory": _trajectory(columns, who, scene)}
     drawn = [plot for found in plots.questions(system, columns.signals).values() for plot in found]
     for name, endings in _FILES:
@@ -70,7 +70,7 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     return files
 
 
-def _trajectory(columns: Columns, who: Cast, scene: Scene) -> Figure | None:
+def _trajectory(columns: SignalColumns, who: Cast, scene: Scene) -> Figure | None:
     """The road from above, to scale: cut into stretches one below the other, so that a car stays larger than a dot."""
     state = columns.bus(who.plant, "state", "x", "y", "psi")
     if state is None or not np.isfinite(state).all(axis=0).any():
@@ -106,7 +106,7 @@ def _road(axes: Axes, scene: Scene, low: float, high: float) -> None:
     axes.add_collection(LineCollection(list(strokes), colors="0.6", linewidths=1, zorder=1))
 
 
-def _vehicle(axes: Axes, columns: Columns, state: tuple[drawing.Array, ...], scene: Scene) -> None:
+def _vehicle(axes: Axes, columns: SignalColumns, state: tuple[drawing.Array, ...], scene: Scene) -> None:
     """Where the vehicle was, once a second."""
     moments = np.arange(columns.time[0], columns.time[-1] + 1e-9, _SNAPSHOTS)
     kept = np.unique(np.searchsorted(columns.time, moments - 1e-9))
@@ -119,7 +119,7 @@ def _vehicle(axes: Axes, columns: Columns, state: tuple[drawing.Array, ...], sce
         axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=_EGO, linewidth=0.7, zorder=3, label=label))
 
 
-def _traffic(axes: Axes, columns: Columns, who: Cast, scene: Scene) -> None:
+def _traffic(axes: Axes, columns: SignalColumns, who: Cast, scene: Scene) -> None:
     """The obstacles with their safety boundaries where they are at the end, and dotted where they were at the start."""
     found = drawing.obstacles(columns, who)
     if found is None or not len(found[0].x):
@@ -141,7 +141,7 @@ def _traffic(axes: Axes, columns: Columns, who: Cast, scene: Scene) -> None:
         names = (None, None)
 
 
-def _path(axes: Axes, columns: Columns, who: Cast, stretch: tuple[float, float]) -> None:
+def _path(axes: Axes, columns: SignalColumns, who: Cast, stretch: tuple[float, float]) -> None:
     """The path with its waypoints as the controller saw it when the vehicle entered this stretch of the road."""
     path = columns.bus(who.controller, "path", "x", "y")
     state = columns.bus(who.plant, "state", "x")
@@ -157,7 +157,7 @@ def _path(axes: Axes, columns: Columns, who: Cast, stretch: tuple[float, float])
             axes.annotate(label, (p_x, p_y), (0, -9), textcoords="offset points", ha="center", fontsize=6, color=_PATH)
 
 
-def _series(columns: Columns, plots: list[Plot]) -> Figure | None:
+def _series(columns: SignalColumns, plots: list[Plot]) -> Figure | None:
     """One panel per plot over a common time axis, with the limits that hold."""
     known = {s.path: s for s in columns.signals}
     plots = [p for p in plots if any(path in known for path in p.signals)]
@@ -190,7 +190,7 @@ def _series(columns: Columns, plots: list[Plot]) -> Figure | None:
     return _finished(figure, panels)
 
 
-def _path_error(columns: Columns, who: Cast) -> Figure | None:
+def _path_error(columns: SignalColumns, who: Cast) -> Figure | None:
     error = drawing.errors(columns, who)
     if error is None:
         return None

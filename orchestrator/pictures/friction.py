@@ -28,7 +28,7 @@ from orchestrator.pictures.shapes import (
     Style,
     entity,
 )
-from orchestrator.pictures.signals import Cast, Columns, Recorded
+from orchestrator.pictures.signals import Cast, Recorded, SignalColumns
 from orchestrator.system.system import System
 
 APART: Final = 1.5
@@ -53,7 +53,7 @@ def limits(parameters: Mapping[str, Any]) -> tuple[float, float] | None:
     return found if min(found) > 0 else None
 
 
-def shares(columns: Columns, who: Cast, most: tuple[float, float] | None) -> Array | None:
+def shares(columns: SignalColumns, who: Cast, most: tuple[float, float] | None) -> Array | None:
     """Use of the limit (n, 2 axles, 2): along the vehicle (driving positive) and across (left positive)."""
     found = columns.bus(who.plant, *_TYRE)
     if found is None:
@@ -94,7 +94,7 @@ def styles(run: str, colour: Colour) -> Iterator[Style]:
     yield LineStyle(entity=entity("friction", run, "now"), size=3, colour=colour, plane=True)
 
 
-def shapes(columns: Columns, who: Cast, most: tuple[float, float] | None, run: str) -> Iterator[Shape]:
+def shapes(columns: SignalColumns, who: Cast, most: tuple[float, float] | None, run: str) -> Iterator[Shape]:
     """Each row's use of friction as a stroke from the middle of each circle, and its end as a point that stays."""
     found = shares(columns, who, most)
     if found is None:

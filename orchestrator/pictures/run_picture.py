@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 
 from orchestrator.pictures import drawing, events, friction, palette, plots, world
 from orchestrator.pictures.shapes import (
+    LogLines,
     Memory,
-    Messages,
     SeriesStyle,
+    SeriesValues,
     Shape,
     States,
     StateStyle,
     Style,
-    Values,
     entity,
 )
-from orchestrator.pictures.signals import Columns, Recorded, cast
+from orchestrator.pictures.signals import Recorded, SignalColumns, cast
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
 
@@ -65,7 +65,7 @@ class RunPicture:
         colour = self._colour = None if number is None else palette.run(number)
         self._most = friction.loads(system, self.who)
         self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour, number or 0)
-        self._log = events.Log(self.who, self.scene, self.limits)
+        self._log = events.EventLog(self.who, self.scene, self.limits)
         self._memory = Memory()
 
     @cached_property
@@ -132,24 +132,24 @@ class RunPicture:
         self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None
     ) -> Iterator[Shape | Style]:
         """Consecutive rows of `Simulation.frame()`, and the wall time [s] that each of their steps took."""
-        columns = Columns(frame, self.signals)
+        columns = SignalColumns(frame, self.signals)
         yield from self._signal_shapes(columns)
         if step_times is not None:
             times = np.asarray(step_times, dtype=float)[: len(columns.time)] * 1e6
-            yield Values(entity=self.at("performance", "step_time"), values=times)
+            yield SeriesValues(entity=self.at("performance", "step_time"), values=times)
         error = drawing.errors(columns, self.who)
         if error is not None:
-            yield Values(entity=self.at("derived", "path_error"), values=error)
+            yield SeriesValues(entity=self.at("derived", "path_error"), values=error)
         yield from friction.shapes(columns, self.who, self._most, self.run)
         boxes = drawing.obstacles(columns, self.who)
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._happenings(columns, None if boxes is None else boxes[0])
 
-    def fault(self, what: str) -> Messages:
+    def fault(self, what: str) -> LogLines:
         """The line of the log that says why the run ended before its time, for its last row."""
         said = f"{self._said}fault in {what}"
-        return Messages(entity=self.at("events"), texts=[said], levels=["ERROR"])
+        return LogLines(entity=self.at("events"), texts=[said], levels=["ERROR"])
 
     @property
     def _said(self) -> str:
@@ -181,10 +181,10 @@ class RunPicture:
             at = self.at(*plots.limit_parts(limit))
             yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
 
-    def _signal_shapes(self, columns: Columns) -> Iterator[Shape]:
+    def _signal_shapes(self, columns: SignalColumns) -> Iterator[Shape]:
         for signal in columns.signals:
             values = columns.of(signal.path)
-            yield Values(entity=self.at("signals", *signal.path.split(".")), values=values)
+            yield SeriesValues(entity=self.at("signals", *signal.path.split(".")), values=values)
             if names := signal.states:
                 at = self.at("states", *signal.path.split("."))
                 rows = self._memory.news(at, values[:, None])
@@ -198,16 +198,16 @@ class RunPicture:
         ends = np.unique([0, len(columns.time) - 1])
         for limit in (limit for limit in self.limits if columns.has(limit.signal)):
             at = self.at(*plots.limit_parts(limit))
-            yield Values(entity=at, rows=ends, values=np.full(len(ends), limit.value))
+            yield SeriesValues(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
-    def _happenings(self, columns: Columns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
+    def _happenings(self, columns: SignalColumns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
         phase = events.phases(columns, self.who)
         if phase is not None:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
         if happened := self._log.of(columns, boxes):
-            yield Messages(
+            yield LogLines(
                 entity=self.at("events"),
                 rows=np.array([event.row for event in happened]),
                 texts=[f"{self._said}{event.text}" for event in happened],

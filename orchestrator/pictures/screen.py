@@ -70,7 +70,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Group:
+class ViewGroup:
     """Views side by side (`row`), below each other (`column`), in a `grid`, or behind `tabs`; shares of the room."""
 
     kind: str
@@ -80,24 +80,24 @@ class Group:
     columns: int = 1
 
 
-View: TypeAlias = Series | Scenery | Plane | Panel | Group
+View: TypeAlias = Series | Scenery | Plane | Panel | ViewGroup
 
 
-def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Group:
+def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> ViewGroup:
     """The screen for one run, or for several side by side."""
     scenery, asked = _scenery(runs), _asked(runs)
     tabs: list[View] = []
     if scenery is not None or asked:
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
-        tabs.append(Group("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
+        tabs.append(ViewGroup("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
     series: list[View] = [*_joined([(run, plots.buses(run.signals)) for run in runs], by_bus=True)]
     if not tabs:
         series += [*differences, *_wall_time(runs), *_what_happened(runs)]
     if series:
         columns = min(4, ceil(sqrt(len(series))))
-        tabs.append(Group("grid", series, title="All signals", columns=columns))
+        tabs.append(ViewGroup("grid", series, title="All signals", columns=columns))
     tabs.append(Panel("page", "About this run" if len(runs) == 1 else "About these runs", "/about"))
-    return Group("tabs", tabs)
+    return ViewGroup("tabs", tabs)
 
 
 def _named(runs: Sequence[RunPicture]) -> str:
@@ -150,7 +150,7 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
         views.append(Plane(title, "/friction", 2 * friction.APART, 1.6, trails, 2.0))
     if not views:
         return None
-    return Group("row", views, [5, 2, 2] if len(views) == 3 else None)  # noqa: PLR2004 - all three
+    return ViewGroup("row", views, [5, 2, 2] if len(views) == 3 else None)  # noqa: PLR2004 - all three
 
 
 def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
@@ -172,8 +172,8 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
     if happened := _what_happened(runs):
         columns[_WHEN], shares = happened, [*shares, 1.1]
     # a tab is the only head that the viewer gives to a column
-    headed = [Group("tabs", [Group("column", views, title=question)]) for question, views in columns.items()]
-    return Group("row", headed, shares) if headed else None
+    headed = [ViewGroup("tabs", [ViewGroup("column", views, title=question)]) for question, views in columns.items()]
+    return ViewGroup("row", headed, shares) if headed else None
 
 
 _WHEN: Final = "When was what?"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Colour: TypeAlias = tuple[int, int, int]
-Rows: TypeAlias = NDArray[np.bool_] | NDArray[np.int64]
+RowSelection: TypeAlias = NDArray[np.bool_] | NDArray[np.int64]
 """Which rows of a batch a shape belongs to: a mask, or row numbers that may repeat."""
 
 _PLAIN = re.compile(r"[^\w.-]")
@@ -34,11 +34,11 @@ class Shape:
     """Something that is sent for the rows of a batch: for all of them, or for `rows`."""
 
     entity: str
-    rows: Rows | None = None
+    rows: RowSelection | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Values(Shape):
+class SeriesValues(Shape):
     """Numbers (n,), or (n, elements), as series over time."""
 
     values: NDArray[Any]
@@ -52,7 +52,7 @@ class States(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Messages(Shape):
+class LogLines(Shape):
     """Lines of a log, each with its level (`INFO`, `WARN`, `ERROR`)."""
 
     texts: Sequence[str]

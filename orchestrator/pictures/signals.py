@@ -123,7 +123,7 @@ class Recorded:
         return any(group.issuperset(paths) for group in self._numbers)
 
 
-class Columns:
+class SignalColumns:
     """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`; texts are apart."""
 
     def __init__(self, frame: pd.DataFrame | Mapping[str, Any], known: Sequence[Signal]) -> None:

@@ -27,7 +27,7 @@ from orchestrator.pictures.shapes import (
     Surface,
     entity,
 )
-from orchestrator.pictures.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Columns, Recorded
+from orchestrator.pictures.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Recorded, SignalColumns
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 
@@ -98,7 +98,7 @@ class World:
             yield LineStyle(entity=self._at("plan", "corridor"), size=2, colour=corridor)
 
     def shapes(
-        self, columns: Columns, error: Array | None, boxes: tuple[Boxes, Array] | None
+        self, columns: SignalColumns, error: Array | None, boxes: tuple[Boxes, Array] | None
     ) -> Iterator[Shape | Style]:
         """The world in these rows; the road is drawn anew where they reach beyond it."""
         ego = columns.bus(self._who.plant, *POSE)
@@ -164,7 +164,7 @@ class World:
             labels=[f"#{i}" for i in boxes.id],
         )
 
-    def _path(self, columns: Columns) -> Iterator[Shape]:
+    def _path(self, columns: SignalColumns) -> Iterator[Shape]:
         path = columns.bus(self._who.controller, *PATH)
         if path is None:
             return
@@ -177,7 +177,7 @@ class World:
         counts = [x.shape[1]] * len(x)
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)
 
-    def _plan(self, columns: Columns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
+    def _plan(self, columns: SignalColumns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
         plan = columns.bus(self._who.controller, *PLAN)
         if plan is None:
             return

@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # who starts the process does not wait for what it imports
 
 
 @dataclass(frozen=True)
-class Request:
+class RecordingRequest:
     """What to record, and where to: a file, or the viewer at a URL."""
 
     folder: Path
@@ -32,7 +32,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Rows:
+class NewRows:
     """Rows that are new; the last ones come with what is known of the run in the end."""
 
     batches: list[Batch]
@@ -42,7 +42,7 @@ class Rows:
 class Recorder(Protocol):
     """Who writes the rows of a run to a file or a viewer."""
 
-    def begin(self, request: Request, simulation: Simulation) -> None:
+    def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Record `simulation` from now on, until `end`."""
 
     def end(self, about: Mapping[str, str]) -> None:

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Final, Self
 
-from orchestrator.recording.messages import Request, Rows, send
+from orchestrator.recording.messages import NewRows, RecordingRequest, send
 
 if TYPE_CHECKING:  # who starts the process does not wait for what it imports
     from orchestrator.stepping.master import Simulation
@@ -65,7 +65,7 @@ class RecordingProcess:
                 _there(pipe).close()
         self._said.close()
 
-    def begin(self, request: Request, simulation: Simulation) -> None:
+    def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Record `simulation` from now on, until `end`; comes back at once."""
         self._log = simulation.log
         self._thread = threading.Thread(target=self._feed, args=(request, simulation), daemon=True)
@@ -104,7 +104,7 @@ class RecordingProcess:
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         return lines[-1] if lines else f"exit code {code}"
 
-    def _feed(self, request: Request, simulation: Simulation) -> None:
+    def _feed(self, request: RecordingRequest, simulation: Simulation) -> None:
         stream = _there(self._process.stdin)
         try:
             self._hand_on(stream, request, simulation)
@@ -117,7 +117,7 @@ class RecordingProcess:
             with contextlib.suppress(OSError):
                 stream.close()
 
-    def _hand_on(self, stream: IO[bytes], request: Request, simulation: Simulation) -> None:
+    def _hand_on(self, stream: IO[bytes], request: RecordingRequest, simulation: Simulation) -> None:
         sent, log = 0, simulation.log
         send(stream, request)
         opened = _there(self._process.stdout)
@@ -128,9 +128,9 @@ class RecordingProcess:
             self._wake.wait(self._interval)
             ended, kept = self._end, log.kept
             if kept > sent and ended is None:
-                send(stream, Rows(log.batches(sent, kept, simulation.step_times)))
+                send(stream, NewRows(log.batches(sent, kept, simulation.step_times)))
                 sent = kept
-        send(stream, Rows(log.batches(sent, log.kept, simulation.step_times), self._end or None))
+        send(stream, NewRows(log.batches(sent, log.kept, simulation.step_times), self._end or None))
 
 
 def _there(pipe: IO[bytes] | None) -> IO[bytes]:

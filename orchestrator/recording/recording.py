@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from orchestrator.recording.messages import Request
+from orchestrator.recording.messages import RecordingRequest
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import Batch
 from orchestrator.system.experiment import Scenario
@@ -33,7 +33,7 @@ _SLOW: Final = 200
 class Recording:
     """The recording of one run, in a file or in the viewer at a URL."""
 
-    def __init__(self, request: Request, scenario: Scenario) -> None:
+    def __init__(self, request: RecordingRequest, scenario: Scenario) -> None:
         self._request, self._scenario = request, scenario
         self._file = request.sink if isinstance(request.sink, Path) else None
         self._stream = self._open(request.sink)
@@ -91,7 +91,7 @@ class Recording:
 class Afterwards:
     """Records in this process when the run is over: for runs that are short and many."""
 
-    def begin(self, request: Request, simulation: Simulation) -> None:
+    def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Take note of what to record."""
         self._request, self._simulation = request, simulation
 

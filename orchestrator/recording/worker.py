@@ -19,9 +19,9 @@ from typing import IO, Any, Final, TypeAlias
 
 from typing_extensions import override
 
-from orchestrator.recording.messages import Request, Rows
+from orchestrator.recording.messages import NewRows, RecordingRequest
 
-Messages: TypeAlias = "queue.SimpleQueue[bytes | None]"
+MessageQueue: TypeAlias = "queue.SimpleQueue[bytes | None]"
 _LINGERS: Final = 5.0
 """[s] for a viewer to take what is left; the other side, if it lives, waits for less"""
 
@@ -38,13 +38,13 @@ class _WithoutPandas(MetaPathFinder):
 def main(stream: IO[bytes]) -> None:
     """The recording side: read messages until they end."""
     sys.meta_path.insert(0, _WithoutPandas())
-    messages: Messages = queue.SimpleQueue()
+    messages: MessageQueue = queue.SimpleQueue()
     receiver = threading.Thread(target=_receive, args=(stream, messages), daemon=True)
     receiver.start()
     _record(messages, receiver)
 
 
-def _receive(stream: IO[bytes], messages: Messages) -> None:
+def _receive(stream: IO[bytes], messages: MessageQueue) -> None:
     """Take what comes, so that the other side never waits; nothing more is `None`.
 
     Nothing is imported here: two threads that import modules that need each other find them half made.
@@ -62,20 +62,20 @@ def _give_up(receiver: threading.Thread) -> None:
     os._exit(1)
 
 
-def _next(messages: Messages) -> Any:
+def _next(messages: MessageQueue) -> Any:
     """The next message, as soon as there is one."""
     message = messages.get()
     return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
 
 
-def _record(messages: Messages, receiver: threading.Thread) -> None:
+def _record(messages: MessageQueue, receiver: threading.Thread) -> None:
     # slow to import; the run is prepared meanwhile
     from orchestrator.recording.recording import Recording, joined  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
     importlib.import_module("orchestrator.recording.stream")  # `Recording` would import it later
-    request: Request | None = _next(messages)
+    request: RecordingRequest | None = _next(messages)
     if request is None:
         return
     if isinstance(request.sink, str):
@@ -89,13 +89,13 @@ def _record(messages: Messages, receiver: threading.Thread) -> None:
     while not over:
         found = _waiting(messages)
         over = found[-1] is None
-        rows: list[Rows] = [message for message in found if message is not None]
+        rows: list[NewRows] = [message for message in found if message is not None]
         about = next((part.about for part in rows if part.about is not None), about)
         recording.log(joined([batch for part in rows for batch in part.batches]), last=over)
     recording.close(about)
 
 
-def _waiting(messages: Messages) -> list[Any]:
+def _waiting(messages: MessageQueue) -> list[Any]:
     """All messages that have come, at least one; after the last there is `None`."""
     found = [_next(messages)]
     while not messages.empty() and found[-1] is not None:

@@ -12,26 +12,25 @@ from numpy.typing import NDArray
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from orchestrator.pictures import pages, palette, screen
 from orchestrator.pictures.run_picture import RunPicture
-from orchestrator.pictures.shapes import Page, SeriesStyle, Shape, Style, Values, entity
-from orchestrator.recording import stream
+from orchestrator.pictures.shapes import Page, SeriesStyle, SeriesValues, Shape, Style, entity
+from orchestrator.recording.stream import ShapeBatch, write
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
 
-Rows = Mapping[str, NDArray[Any]]
-Batch: TypeAlias = tuple[NDArray[np.int64], float, Iterator[Shape | Style]]
-"""Ticks, macro step [s] and shapes"""
+RunRows: TypeAlias = Mapping[str, NDArray[Any]]
+"""The rows of a run: the column `time`, and one for each recorded signal element"""
 
 
-def rebuild(run: KeptRun, table: Rows, path: Path) -> None:
+def rebuild(run: KeptRun, table: RunRows, path: Path) -> None:
     """Write the recording of a run anew, from its rows."""
     scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
     batches = [*_batches(picture, groups, scenario.h), *_fault(picture, run, table)]
-    stream.write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
+    write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
 
 
-def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequence[str], path: Path) -> None:
+def compare(runs: Sequence[KeptRun], tables: Sequence[RunRows], differences: Sequence[str], path: Path) -> None:
     """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
     names = _names(runs)
     groups = [_groups(run, table) for run, table in zip(runs, tables, strict=True)]
@@ -52,16 +51,16 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[Rows], differences: Sequen
         for i, name in enumerate(names)
         if i
     ]
-    batches: list[Batch] = []
+    batches: list[ShapeBatch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
         h = run.scenario.h
         batches += [*_batches(pictures[i], groups[i], h), *_fault(pictures[i], run, table)]
         if i:
-            batches.append((_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
-    stream.write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
+            batches.append(ShapeBatch(_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
+    write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
 
 
-def difference(first: Rows, other: Rows, column: str) -> NDArray[np.float64]:
+def difference(first: RunRows, other: RunRows, column: str) -> NDArray[np.float64]:
     """How much larger a signal is in `other` than in `first`, at the times of `other`; NaN where `first` has ended.
 
     Between the ticks at which `first` recorded it, its signal is a line.
@@ -74,11 +73,11 @@ def difference(first: Rows, other: Rows, column: str) -> NDArray[np.float64]:
     return here - np.interp(np.asarray(other["time"], dtype=float), time, there[known], left=np.nan, right=np.nan)
 
 
-def _differences(name: str, columns: Sequence[str], first: Rows, other: Rows) -> Iterator[Shape | Style]:
+def _differences(name: str, columns: Sequence[str], first: RunRows, other: RunRows) -> Iterator[Shape | Style]:
     for column in columns:
         values = difference(first, other, column)
         known = np.isfinite(values)
-        yield Values(entity=entity("difference", name, column), rows=known, values=values[known])
+        yield SeriesValues(entity=entity("difference", name, column), rows=known, values=values[known])
 
 
 def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Series:
@@ -87,14 +86,14 @@ def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Seri
     return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents)
 
 
-def _usual(pictures: Sequence[RunPicture], tables: Sequence[Rows]) -> list[str]:
+def _usual(pictures: Sequence[RunPicture], tables: Sequence[RunRows]) -> list[str]:
     """Place across the road and speed, as far as all runs have them."""
     plant = pictures[0].who.plant
     wanted = [f"{plant}.state.y", f"{plant}.state.v_x"]
     return [column for column in wanted if all(column in table for table in tables)]
 
 
-def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[Rows]) -> Iterator[Problem]:
+def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[RunRows]) -> Iterator[Problem]:
     for column in chosen:
         for run, table in zip(runs, tables, strict=True):
             numbers = [name for name in table if name != "time" and np.asarray(table[name]).dtype.kind in "fiub"]
@@ -110,25 +109,25 @@ _LISTED = 20
 """signals; more are not read by anybody"""
 
 
-def _groups(run: KeptRun, table: Rows) -> list[Rows]:
+def _groups(run: KeptRun, table: RunRows) -> list[RunRows]:
     """The rows as they were recorded: the columns that come at the same ticks, without the ticks in between."""
     pace, ticks = paces(run.scenario.system, run.scenario.record), _ticks(table, run.scenario.h)
-    found: list[Rows] = []
+    found: list[RunRows] = []
     for every in sorted({pace.get(column, 0) for column in table} - {0}):
         at = ticks % every == 0
         found.append({name: table[name][at] for name in table if name == "time" or pace.get(name) == every})
     return found
 
 
-def _batches(picture: RunPicture, groups: Sequence[Rows], h: float) -> list[Batch]:
-    return [(_ticks(rows, h), h, picture.shapes(rows, None)) for rows in groups]
+def _batches(picture: RunPicture, groups: Sequence[RunRows], h: float) -> list[ShapeBatch]:
+    return [ShapeBatch(_ticks(rows, h), h, picture.shapes(rows, None)) for rows in groups]
 
 
-def _fault(picture: RunPicture, run: KeptRun, table: Rows) -> Iterator[Batch]:
+def _fault(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
     """Why a run ended before its time, at its last tick."""
     last, told = _ticks(table, run.scenario.h)[-1:], pages.facts(run.summary)
     if "fault" in told and len(last):
-        yield last, run.scenario.h, iter([picture.fault(told["fault"])])
+        yield ShapeBatch(last, run.scenario.h, [picture.fault(told["fault"])])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:
@@ -139,5 +138,5 @@ def _names(runs: Sequence[KeptRun]) -> list[str]:
     return [str(Path(run.where)) for run in runs]
 
 
-def _ticks(table: Rows, h: float) -> NDArray[np.int64]:
+def _ticks(table: RunRows, h: float) -> NDArray[np.int64]:
     return np.rint(np.asarray(table["time"], dtype=float) / h).astype(np.int64)

@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
-from orchestrator.recording.messages import Request
+from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import TO_VIEWER, RecordingProcess
 from orchestrator.viewing.rerun_program import (
     PORT,
@@ -41,7 +41,7 @@ _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<por
 
 
 @dataclass(frozen=True)
-class Wish:
+class LiveOptions:
     """How a person wants to watch: in the viewer, in a browser, in neither, or in a viewer that is already there."""
 
     viewer: bool = True
@@ -56,7 +56,7 @@ class Wish:
             raise refuse(f"--connect {self.url}", "no address of a viewer", f"rerun+http://HOST:{PORT}/proxy", remedy)
 
 
-def wish(*, live: bool, viewer: bool, web: bool, url: str | None) -> Wish | None:
+def live_options(*, live: bool, viewer: bool, web: bool, url: str | None) -> LiveOptions | None:
     """What the options of the command ask for; None without `live`. Raises `RequestError`."""
     if not live:
         options = {"--no-viewer": not viewer, "--web": web, "--connect": url is not None}
@@ -64,18 +64,18 @@ def wish(*, live: bool, viewer: bool, web: bool, url: str | None) -> Wish | None
         return None
     if url is not None and (web or not viewer):
         raise refuse("--connect", "--web or --no-viewer too", "one of them")
-    made = Wish(viewer, web, url)
+    made = LiveOptions(viewer, web, url)
     made.check()
     return made
 
 
-class Live:
+class LiveStream:
     """The stream of one run; use it in a `with` statement. Nothing that goes wrong with it reaches the run."""
 
-    def __init__(self, wish: Wish, tell: Callable[[str], None]) -> None:
-        self._wish, self._tell = wish, tell
+    def __init__(self, options: LiveOptions, tell: Callable[[str], None]) -> None:
+        self._options, self._tell = options, tell
         self._server: subprocess.Popen[bytes] | None = None
-        self._url = wish.url
+        self._url = options.url
         self._stays = False
 
     def __enter__(self) -> Self:
@@ -100,17 +100,17 @@ class Live:
         if port != PORT:
             self._tell(f"port {PORT} is taken, by another viewer perhaps; this one has {port}")
         self._url = address(port)
-        window = self._wish.viewer and not self._wish.web and has_display()
+        window = self._options.viewer and not self._options.web and has_display()
         if window:
             how = ["--expect-data-soon"]
             self._tell(f"live in the viewer; another one can join at {self._url}")
-        elif self._wish.web:
+        elif self._options.web:
             web = free_port(WEB_PORT)
             how = ["--web-viewer" if has_display() else "--serve-web", "--web-viewer-port", str(web)]
             self._tell(f"live in the browser at {web_address(web, self._url)}")
         else:
             how = ["--serve-grpc"]
-            why = "no display here; " if self._wish.viewer else ""
+            why = "no display here; " if self._options.viewer else ""
             self._tell(f"{why}live at {self._url}, look with: rerun {self._url}")
         self._stays = window
         self._server = serve(port, how, stays=window)
@@ -118,7 +118,7 @@ class Live:
             self._tell("the viewer did not start; the run goes on without it")
             self._url = None
 
-    def begin(self, request: Request, simulation: Simulation) -> None:
+    def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Stream `simulation` from now on, until `end`."""
         if self._url is not None:
             self._process.begin(replace(request, sink=self._url), simulation)
@@ -140,7 +140,7 @@ class Live:
 
     def stay(self) -> None:
         """Keep a page in the browser up until Ctrl-C; it has no process of its own that a person could close."""
-        if self._wish.web and self._server is not None and self._server.poll() is None:
+        if self._options.web and self._server is not None and self._server.poll() is None:
             self._tell("the page stays until Ctrl-C")
             with suppress(KeyboardInterrupt):
                 self._server.wait()

@@ -29,7 +29,7 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
 
     Raises `RequestError` where there is no viewer or no graphics driver, and for a recording without anything to show.
     """
-    from orchestrator.recording.stream import screenshots  # noqa: PLC0415 - Rerun is slow to import
+    from orchestrator.recording.viewer_client import screenshots  # noqa: PLC0415 - Rerun is slow to import
 
     try:
         with headless_viewer() as url:

@@ -51,7 +51,7 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
         return _from_parquet(run.folder / SIGNALS)
     import numpy as np  # noqa: PLC0415
 
-    from orchestrator.recording.stream import read_series  # noqa: PLC0415 - Rerun is slow to import
+    from orchestrator.recording.series_reader import read_series  # noqa: PLC0415 - Rerun is slow to import
 
     series = read_series(whole_recording(run, scratch, tell))
     ticks = np.unique(np.concatenate([found for found, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))

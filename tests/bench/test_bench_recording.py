@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from orchestrator.recording.messages import Request
+from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Recording
 from orchestrator.results import summary
@@ -19,7 +19,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.viewing.live import Live, Wish
+from orchestrator.viewing.live import LiveOptions, LiveStream
 
 TICKS = 601
 """of 0.1 s: a simulated minute"""
@@ -44,7 +44,7 @@ def test_a_simulated_minute_to_parquet_and_rerun(benchmark, dynamic, minute, tmp
     path = tmp_path / "recording.rrd"
 
     def fresh():
-        return (Recording(Request(tmp_path, path, minute.log.elements, {}), dynamic),), {}
+        return (Recording(RecordingRequest(tmp_path, path, minute.log.elements, {}), dynamic),), {}
 
     def record(recording):
         write_signals(minute.frame(), dynamic, tmp_path / "signals.parquet")
@@ -63,7 +63,7 @@ def test_stepping_while_a_process_records(benchmark, dynamic, tmp_path, beside):
     summary.write_system(dynamic, tmp_path)
     with RecordingProcess() as process, Simulation(dynamic.system, h=0.1, until=600.0) as simulation:
         if beside == "recording":
-            process.begin(Request(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
+            process.begin(RecordingRequest(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
             process.wait_until_open()
 
         def minute():
@@ -82,12 +82,12 @@ def test_a_step_in_real_time(benchmark, dynamic, tmp_path, beside):
     summary.write_system(dynamic, tmp_path)
     late = []
     with (
-        Live(Wish(viewer=False), lambda _: None) as stream,
+        LiveStream(LiveOptions(viewer=False), lambda _: None) as stream,
         RecordingProcess() as process,
         Simulation(dynamic.system, h=0.1, until=60.0) as simulation,
     ):
         for each in (process, stream) if beside == "live" else ():
-            each.begin(Request(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
+            each.begin(RecordingRequest(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
             each.wait_until_open()
         pacer, ticks = Pacer(1.0, 0.1), iter(range(600))
 

@@ -33,7 +33,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import live, rerun_program
-from orchestrator.viewing.live import Live, Wish
+from orchestrator.viewing.live import LiveOptions, LiveStream
 from orchestrator.viewing.repair import whole_recording
 
 # a recording that was cut short has no footer, and Rerun says so
@@ -390,7 +390,11 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
     monkeypatch.setattr(run, "_step", timed)
     said, tails = [], []
     with VIEWERS[name]() as (url, stop), ExitStack() as stack:
-        alone, recording, viewing = RecordingProcess(), RecordingProcess(), Live(Wish(url=url), said.append)
+        alone, recording, viewing = (
+            RecordingProcess(),
+            RecordingProcess(),
+            LiveStream(LiveOptions(url=url), said.append),
+        )
         for each in (alone, recording, viewing):
             stack.enter_context(each)
         execute(made, tmp_path / "alone", lambda _: None, Beside(alone, realtime=2.0, figures=False))

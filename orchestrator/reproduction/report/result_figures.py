@@ -30,7 +30,7 @@ from orchestrator.pictures.figures import (
     _traffic,
     _vehicle,
 )
-from orchestrator.pictures.signals import Cast, Columns, cast, signals
+from orchestrator.pictures.signals import Cast, SignalColumns, cast, signals
 from orchestrator.reproduction.paper import matched
 from orchestrator.reproduction.paper.evidence import Evidence, Result
 from orchestrator.reproduction.paper.experiments import FigureKind, ReportFigure
@@ -62,7 +62,7 @@ class Track:
     """The rows of a run, with what it takes to draw them."""
 
     label: str
-    columns: Columns
+    columns: SignalColumns
     who: Cast
     scene: Scene
 
@@ -73,7 +73,7 @@ class Track:
         frame = pd.read_parquet(outcome.folder / "signals.parquet")
         if made.scene is None or frame.empty:
             return None
-        columns = Columns(frame, signals(made.system))
+        columns = SignalColumns(frame, signals(made.system))
         return cls(outcome.run.label, columns, cast(made.system), made.scene)
 
     @property

@@ -9,7 +9,7 @@ import pytest
 from components import BLOCKS
 from orchestrator.pictures import drawing, plots
 from orchestrator.pictures.drawing import Boxes
-from orchestrator.pictures.signals import Columns, Recorded, cast, signals
+from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.system.source import block_source
@@ -36,7 +36,7 @@ def _traffic_rows(valid, x):
 
 def test_obstacles_of_invalid_slots_are_left_out(static):
     valid = [[True, False, True] + [False] * 5, [False] * 8, [False, True] + [False] * 6]
-    columns = Columns(_traffic_rows(valid, [10.0, 20.0, 30.0]), signals(static.system))
+    columns = SignalColumns(_traffic_rows(valid, [10.0, 20.0, 30.0]), signals(static.system))
     boxes, known = drawing.obstacles(columns, cast(static.system))
     assert boxes.count.tolist() == [2, 0, 1]
     assert boxes.id.tolist() == [1, 3, 2]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator.pictures import drawing, events, plots
-from orchestrator.pictures.signals import Columns, cast, signals
+from orchestrator.pictures.signals import SignalColumns, cast, signals
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -27,10 +27,10 @@ def frame():
 
 def _told(frame, batches=1):
     """(row of the run, level, text) of all events."""
-    log = events.Log(WHO, STATIC.scene, plots.limits(STATIC.system, SIGNALS))
+    log = events.EventLog(WHO, STATIC.scene, plots.limits(STATIC.system, SIGNALS))
     found, first = [], 0
     for rows in np.array_split(np.arange(len(frame)), batches):
-        columns = Columns(frame.iloc[rows], SIGNALS)
+        columns = SignalColumns(frame.iloc[rows], SIGNALS)
         boxes, _ = drawing.obstacles(columns, WHO)
         found += [(first + event.row, event.level, event.text) for event in log.of(columns, boxes)]
         first += len(rows)
@@ -109,7 +109,7 @@ def test_a_plan_that_moves_is_told_once_per_second(frame):
 
 def test_without_a_path_there_is_no_manoeuvre():
     idle = prepare("idle", Options(mode="blocks"))
-    columns = Columns({"time": np.zeros(1)}, signals(idle.system))
+    columns = SignalColumns({"time": np.zeros(1)}, signals(idle.system))
     assert events.phases(columns, cast(idle.system)) is None
-    log = events.Log(cast(idle.system), idle.scene, [])
+    log = events.EventLog(cast(idle.system), idle.scene, [])
     assert log.of(columns, None) == []

@@ -11,7 +11,7 @@ from components import BLOCKS
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
 from orchestrator.pictures import friction
-from orchestrator.pictures.signals import Columns, Recorded, cast, signals
+from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
 from orchestrator.scenario.catalogue import default_values
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -25,7 +25,7 @@ def _columns(tyre, T_r):
     rows = {"time": np.zeros(1)} | {f"plant.tyre.{n}": np.array([getattr(tyre, n)]) for n in ("mu_f", "mu_r")}
     rows |= {f"plant.tyre.{n}": np.array([getattr(tyre, n)]) for n in ("F_cf", "F_cr", "alpha_f", "alpha_r")}
     rows |= {"controller.actuation.T_r": np.array([T_r]), "controller.actuation.delta_f": np.zeros(1)}
-    return Columns(rows, signals(STATIC.system))
+    return SignalColumns(rows, signals(STATIC.system))
 
 
 @given(v_y=st.floats(-1, 1), r=st.floats(-1, 1), delta_f=st.floats(-0.3, 0.3), T_r=st.floats(-160, 200))
@@ -56,12 +56,12 @@ def test_braking_shows_also_where_the_torque_is_not_recorded():
     rows = {"time": np.zeros(2)} | {f"plant.tyre.{n}": np.full(2, 0.5) for n in ("mu_f", "mu_r")}
     rows |= {f"plant.tyre.{n}": np.zeros(2) for n in ("F_cf", "F_cr", "alpha_f", "alpha_r")}
     rows |= {f"plant.motion.{n}": np.array([2.0, -2.0]) for n in ("a_x", "a_y", "r_dot")}
-    found = friction.shares(Columns(rows, signals(STATIC.system)), WHO, None)
+    found = friction.shares(SignalColumns(rows, signals(STATIC.system)), WHO, None)
     np.testing.assert_allclose(found[:, :, 0], [[0.5, 0.5], [-0.5, -0.5]])
 
 
 def test_without_a_tyre_bus_there_is_no_circle():
-    columns = Columns({"time": np.zeros(1)}, signals(STATIC.system))
+    columns = SignalColumns({"time": np.zeros(1)}, signals(STATIC.system))
     assert friction.shares(columns, WHO, None) is None
     assert list(friction.shapes(columns, WHO, None, "")) == []
     idle = prepare("idle", Options(mode="blocks"))

@@ -13,7 +13,8 @@ from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
 from orchestrator.pictures import palette, screen, shapes
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
-from orchestrator.recording.stream import blueprint, write
+from orchestrator.recording.blueprint import blueprint
+from orchestrator.recording.stream import ShapeBatch, write
 from orchestrator.system.system import System
 
 
@@ -76,7 +77,7 @@ def _by_entity(found, kind):
 
 def test_signals_of_every_type_are_series_or_states(system, rows):
     found = list(RunPicture(system, None).shapes(rows, np.zeros(4)))
-    values = _by_entity(found, shapes.Values)
+    values = _by_entity(found, shapes.SeriesValues)
     assert values.keys() == {
         "/signals/unit/heater/on",
         "/signals/unit/heater/T",
@@ -118,7 +119,7 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
         "Modes and solver status",
     ]
     blueprint(made)
-    batch = np.arange(4), 0.5, picture.shapes(rows, None)
+    batch = ShapeBatch(np.arange(4), 0.5, picture.shapes(rows, None))
     write(tmp_path / "run.rrd", "foreign", made, picture.styles(), [batch])
     assert (tmp_path / "run.rrd").stat().st_size > 1000
 

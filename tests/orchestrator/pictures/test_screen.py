@@ -16,7 +16,7 @@ STATIC = prepare("static", Options(mode="blocks"))
 
 def _views(part):
     """All views of a group, with what it says of them."""
-    return [view for one in part.parts for view in _views(one)] if isinstance(part, screen.Group) else [part]
+    return [view for one in part.parts for view in _views(one)] if isinstance(part, screen.ViewGroup) else [part]
 
 
 def _titles(part):

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from orchestrator.pictures import drawing
-from orchestrator.pictures.signals import PATH, Columns, Recorded, cast, signals
+from orchestrator.pictures.signals import PATH, Recorded, SignalColumns, cast, signals
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 
@@ -17,7 +17,7 @@ def static():
 
 
 def test_what_was_not_recorded_is_not_there(static):
-    columns = Columns(pd.DataFrame({"time": [0.0], "plant.state.x": [1.0]}), signals(static.system))
+    columns = SignalColumns(pd.DataFrame({"time": [0.0], "plant.state.x": [1.0]}), signals(static.system))
     assert [s.path for s in columns.signals] == ["plant.state.x"]
     assert columns.bus("plant", "state", "x", "y") is None
     assert columns.bus(None, "state", "x") is None

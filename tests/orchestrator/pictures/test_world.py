@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from orchestrator.pictures import drawing, shapes
-from orchestrator.pictures.signals import Columns, Recorded, cast, signals
+from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
 from orchestrator.pictures.world import World, recorded_parts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -20,7 +20,7 @@ def _columns(x):
     n = len(x)
     rows = {"time": np.arange(n) * 0.1, "plant.state.x": np.array(x, dtype=float)}
     rows |= {f"plant.state.{name}": np.zeros(n) for name in ("y", "psi", "v_x", "v_y", "r")}
-    return Columns(rows, signals(STATIC.system))
+    return SignalColumns(rows, signals(STATIC.system))
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def dynamic():
         frame = simulation.frame()
     for slot in range(1, 9):
         frame[f"traffic.obstacles.psi[{slot}]"] = 0.1 * slot
-    columns, who = Columns(frame, signals(made.system)), cast(made.system)
+    columns, who = SignalColumns(frame, signals(made.system)), cast(made.system)
     drawn = World(who, made.scene, "", None).shapes(columns, None, drawing.obstacles(columns, who))
     return frame, made.scene, {(shape.entity, type(shape)): shape for shape in drawn}
 

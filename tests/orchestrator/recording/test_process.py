@@ -16,7 +16,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from orchestrator.recording import worker
-from orchestrator.recording.messages import Request, Rows, send
+from orchestrator.recording.messages import NewRows, RecordingRequest, send
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.results import summary
 from orchestrator.scenario.options import Options
@@ -39,7 +39,7 @@ def simulation(static, tmp_path):
 
 
 def request(simulation, folder):
-    return Request(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
+    return RecordingRequest(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
 
 
 def as_sent(message):
@@ -100,8 +100,8 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     command = [sys.executable, "-m", "orchestrator.recording.worker"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         process.stdin.write(as_sent(request(simulation, tmp_path)))
-        process.stdin.write(as_sent(Rows(simulation.log.batches(0, 15, simulation.step_times))))
-        process.stdin.write(as_sent(Rows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
+        process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 15, simulation.step_times))))
+        process.stdin.write(as_sent(NewRows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
         process.stdin.close()  # in the middle of a message
         assert process.wait(60) == 0
     ticks, said = read(tmp_path)
@@ -136,7 +136,7 @@ def test_a_process_that_takes_too_long_is_ended_and_one_that_fails_says_why(simu
         process.end({})
         assert process.wait(0.0) == "not finished within 0 s"
     with RecordingProcess() as process:
-        process.begin(Request(tmp_path / "nowhere", tmp_path / "x.rrd", [], {}), simulation)
+        process.begin(RecordingRequest(tmp_path / "nowhere", tmp_path / "x.rrd", [], {}), simulation)
         process.end({})
         assert "nowhere/system.ssp: found no such file" in process.wait()
 
@@ -201,6 +201,6 @@ def test_a_process_whose_viewer_hangs_does_not_outlive_its_run_for_long(simulati
         url = f"rerun+http://127.0.0.1:{silent.getsockname()[1]}/proxy"
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
             process.stdin.write(as_sent(replace(request(simulation, tmp_path), sink=url)))
-            process.stdin.write(as_sent(Rows(simulation.log.batches(0, 21, simulation.step_times))))
+            process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 21, simulation.step_times))))
             process.stdin.close()
             assert process.wait(30) == 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from orchestrator.recording.messages import Request
+from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.recording import LARGE, Afterwards, Recording, joined
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
@@ -34,7 +34,7 @@ def stepped(scenario, until, record=EVERYTHING):
 
 
 def request(simulation, folder):
-    return Request(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
+    return RecordingRequest(folder, folder / "recording.rrd", simulation.log.elements, {"status": "running"})
 
 
 def values(path):

@@ -15,9 +15,9 @@ from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
 from orchestrator.pictures.run_picture import MICROSECONDS
-from orchestrator.recording.messages import Request
+from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.recording import Afterwards
-from orchestrator.recording.stream import read_series
+from orchestrator.recording.series_reader import read_series
 from orchestrator.results import run_folder as kept
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
@@ -88,7 +88,7 @@ def sparse(tmp_path_factory):
         simulation.run()
         write_signals(simulation.columns(), scenario, folder / "signals.parquet")
         recording = Afterwards()
-        recording.begin(Request(folder, folder / "recording.rrd", simulation.log.elements, {}), simulation)
+        recording.begin(RecordingRequest(folder, folder / "recording.rrd", simulation.log.elements, {}), simulation)
         recording.end({})
         assert recording.wait() == ""
     return kept.find(folder)

@@ -22,7 +22,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import live, rerun_program
-from orchestrator.viewing.live import Live, Wish, wish
+from orchestrator.viewing.live import LiveOptions, LiveStream, live_options
 
 # a stream that was saved has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -32,13 +32,13 @@ PROC = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks for 
 
 def wrong(**options):
     with pytest.raises(RequestError) as error:
-        wish(**{"live": True, "viewer": True, "web": False, "url": None, **options})
+        live_options(**{"live": True, "viewer": True, "web": False, "url": None, **options})
     return str(error.value).splitlines()
 
 
 def test_options_that_need_live_or_exclude_each_other_are_told():
-    assert wish(live=False, viewer=True, web=False, url=None) is None
-    assert wish(live=True, viewer=False, web=False, url=None) == Wish(viewer=False)
+    assert live_options(live=False, viewer=True, web=False, url=None) is None
+    assert live_options(live=True, viewer=False, web=False, url=None) == LiveOptions(viewer=False)
     assert wrong(live=False, viewer=False, web=True, url="x") == [
         "--no-viewer: found no --live; valid: with --live only",
         "--web: found no --live; valid: with --live only",
@@ -46,7 +46,7 @@ def test_options_that_need_live_or_exclude_each_other_are_told():
     ]
     assert wrong(web=True, url="x") == ["--connect: found --web or --no-viewer too; valid: one of them"]
     for port in (1, 65535):
-        wish(live=True, viewer=True, web=False, url=f"rerun+http://[::1]:{port}/proxy")
+        live_options(live=True, viewer=True, web=False, url=f"rerun+http://[::1]:{port}/proxy")
     for address in ("rerun+http://127.0.0.1:0/proxy", "rerun+http://127.0.0.1:65536/proxy", "rerun+http://a:b:9/proxy"):
         assert wrong(url=address)[0].startswith(f"--connect {address}: found no address of a viewer; ")
     assert wrong(url="localhost") == [
@@ -73,12 +73,14 @@ def listeners(pid):
 
 
 @PROC
-@pytest.mark.parametrize(("chosen", "count"), [(Wish(viewer=False), 1), (Wish(web=True), 2)], ids=["server", "web"])
+@pytest.mark.parametrize(
+    ("chosen", "count"), [(LiveOptions(viewer=False), 1), (LiveOptions(web=True), 2)], ids=["server", "web"]
+)
 def test_nothing_listens_to_other_machines(chosen, count, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     said = []
-    with Live(chosen, said.append) as stream:
+    with LiveStream(chosen, said.append) as stream:
         deadline = time.monotonic() + 30
         while len(listeners(stream._server.pid)) < count and time.monotonic() < deadline:
             time.sleep(0.1)
@@ -96,7 +98,7 @@ def test_a_port_that_is_taken_is_told_and_another_one_found(monkeypatch):
     said = []
     with socket.create_server(("127.0.0.1", 0)) as other:
         monkeypatch.setattr(live, "PORT", other.getsockname()[1])
-        with Live(Wish(viewer=False), said.append) as stream:
+        with LiveStream(LiveOptions(viewer=False), said.append) as stream:
             assert rerun_program.answers(stream._url)
     found = int(re.findall(r"127.0.0.1:(\d+)/proxy", said[1])[0])
     assert said == [
@@ -108,13 +110,13 @@ def test_a_port_that_is_taken_is_told_and_another_one_found(monkeypatch):
 def test_without_a_display_it_says_how_to_connect(monkeypatch):
     monkeypatch.setattr(live, "has_display", lambda: False)
     said = []
-    with Live(Wish(), said.append):
+    with LiveStream(LiveOptions(), said.append):
         pass
     assert said[-1].startswith("no display here; live at rerun+http://127.0.0.1:")
 
 
 def test_a_server_that_was_stopped_does_not_hold_up_the_end():
-    with Live(Wish(viewer=False), lambda _: None) as stream:
+    with LiveStream(LiveOptions(viewer=False), lambda _: None) as stream:
         stream._server.send_signal(signal.SIGSTOP)
     assert stream._server.returncode == -signal.SIGKILL  # anything softer would wait for ever
 
@@ -160,7 +162,7 @@ def test_a_viewer_that_cannot_open_leaves_the_run_alone(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(live, "has_display", lambda: True)
     said = []
-    with Live(Wish(), said.append) as stream:
+    with LiveStream(LiveOptions(), said.append) as stream:
         assert stream._url is None
     assert said[-1] == "the viewer did not start; the run goes on without it"
 
@@ -174,7 +176,7 @@ def test_the_viewer_opens_where_there_is_a_display_and_stays_when_the_run_is_ove
     monkeypatch.setattr(rerun_program, "executable", lambda: str(headless))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     said = []
-    with Live(Wish(), said.append) as stream:
+    with LiveStream(LiveOptions(), said.append) as stream:
         url, server = stream._url, stream._server
     try:
         assert said[-1] == f"live in the viewer; another one can join at {url}"
@@ -193,13 +195,15 @@ def there_already():
     server = rerun_program.serve(port, ["--serve-grpc"])
     try:
         assert rerun_program.listens(port, 60, server)
-        yield Wish(url=rerun_program.address(port))
+        yield LiveOptions(url=rerun_program.address(port))
     finally:
         server.kill()
         server.wait()
 
 
-@pytest.mark.parametrize("wanted", [lambda: nullcontext(Wish(viewer=False)), there_already], ids=["own", "connect"])
+@pytest.mark.parametrize(
+    "wanted", [lambda: nullcontext(LiveOptions(viewer=False)), there_already], ids=["own", "connect"]
+)
 def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch, wanted):
     seen_by_then, done = [], Pacer.done
 
@@ -213,7 +217,7 @@ def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch, wanted):
     made = prepare("static", Options(mode="blocks", stop_time=2.0))
     with (
         wanted() as wish_,
-        Live(wish_, lambda _: None) as stream,
+        LiveStream(wish_, lambda _: None) as stream,
         saving(stream._url, tmp_path / "seen.rrd"),
     ):
         beside = Beside(Afterwards(), stream, realtime=1.0, figures=False)

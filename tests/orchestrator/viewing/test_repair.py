@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.recording.stream import RerunStream, read_series
+from orchestrator.recording.series_reader import read_series
+from orchestrator.recording.stream import RerunStream
 from orchestrator.results.run_folder import find
 from orchestrator.viewing import repair
 

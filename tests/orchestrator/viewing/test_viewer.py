@@ -19,7 +19,8 @@ from PIL import Image
 from components.interfaces.problem import RequestError
 from orchestrator.pictures import palette
 from orchestrator.pictures.drawing import error_colours
-from orchestrator.recording import stream
+from orchestrator.recording import viewer_client
+from orchestrator.recording.series_reader import read_series
 from orchestrator.recording.stream import RerunStream
 from orchestrator.results import run_folder as kept
 from orchestrator.viewing import viewer
@@ -146,7 +147,7 @@ def test_moving_obstacles_and_the_trails_colours_show(kept_run, graphics, tmp_pa
     left, right, top, bottom = SCREEN["bird's eye"]
     height, width = reddish.shape
     assert reddish[int(top * height) : int(bottom * height), int(left * width) : int(right * width)].any()
-    (_, errors) = stream.read_series(run / "recording.rrd")["/derived/path_error"]
+    (_, errors) = read_series(run / "recording.rrd")["/derived/path_error"]
     trail = np.unique(error_colours(errors[10:38, 0]), axis=0)  # of the seconds before, which are in the window
     assert sum(_count(picture, "bird's eye", colour, 6) for colour in trail) > 15
 
@@ -226,7 +227,7 @@ def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, 
 @pytest.mark.viewer
 @pytest.mark.slow
 def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, tmp_path):
-    monkeypatch.setattr(stream, "_ANSWERS_WITHIN", 5.0)
+    monkeypatch.setattr(viewer_client, "_ANSWERS_WITHIN", 5.0)
     path = tmp_path / "a.rrd"
     path.write_bytes(b"RRF2")
     with pytest.raises(RequestError) as raised:

@@ -1,0 +1,107 @@
+"""The screen of `pictures.screen` as a blueprint, the viewer's own description of a layout."""
+# pyright: basic
+# rerun's blueprint carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
+
+from orchestrator.pictures import palette
+from orchestrator.pictures import screen as screens
+
+
+def blueprint(screen: screens.ViewGroup) -> rrb.Blueprint:
+    """The viewer's layout for a screen, with its own panels collapsed."""
+    return rrb.Blueprint(
+        _view(screen),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+    )
+
+
+def _view(view: screens.View) -> Any:
+    match view:
+        case screens.ViewGroup():
+            return _group(view)
+        case screens.Series():
+            return _series(view)
+        case screens.Scenery():
+            return _scenery(view)
+        case screens.Plane():
+            return rrb.Spatial2DView(
+                origin=view.origin,
+                name=view.title,
+                background=palette.GROUND,
+                visual_bounds=rrb.VisualBounds2D(x_range=[-view.x, view.x], y_range=[-view.y, view.y]),
+                overrides=_trails(view.trails, view.past),
+            )
+        case screens.Panel():
+            return _panel(view)
+
+
+def _group(group: screens.ViewGroup) -> Any:
+    parts, name = [_view(part) for part in group.parts], group.title or None
+    match group.kind:
+        case "row":
+            return rrb.Horizontal(*parts, column_shares=group.shares, name=name)
+        case "column":
+            return rrb.Vertical(*parts, row_shares=group.shares, name=name)
+        case "grid":
+            return rrb.Grid(*parts, grid_columns=group.columns, name=name)
+        case _:
+            return rrb.Tabs(*parts, active_tab=0, name=name)
+
+
+def _series(view: screens.Series) -> rrb.View:
+    return rrb.TimeSeriesView(
+        origin="/",
+        contents=view.contents,
+        name=view.title,
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming into one plot shows the same seconds in all plots
+        plot_legend=rrb.PlotLegend(visible=view.legend),
+    )
+
+
+def _scenery(view: screens.Scenery) -> rrb.View:
+    return rrb.Spatial3DView(
+        origin=view.origin,
+        contents=["/world/**", *(f"- {entity}/**" for entity in view.hidden)],
+        name=view.title,
+        background=rrb.Background(color=palette.GROUND, kind="SolidColor"),
+        line_grid=rrb.LineGrid3D(visible=False),
+        eye_controls=rrb.EyeControls3D(position=view.eye, look_target=view.target, eye_up=view.up),
+        overrides=_trails(view.trails, None),
+    )
+
+
+def _panel(view: screens.Panel) -> rrb.View:
+    match view.kind:
+        case "states":
+            return rrb.StateTimelineView(origin=view.origin, name=view.title)
+        case "log":
+            return rrb.TextLogView(origin=view.origin, name=view.title, columns=_log_columns())
+        case _:
+            return rrb.TextDocumentView(origin=view.origin, name=view.title)
+
+
+def _log_columns() -> rrb.TextLogColumns:
+    return rrb.TextLogColumns(
+        timeline_columns=[TimelineColumn("sim_time")],
+        text_log_columns=[TextLogColumn(kind) for kind in ("LogLevel", "Body")],
+    )
+
+
+def _trails(entities: Sequence[str], past: float | None) -> Any:
+    """Overrides by which entities show the last `past` seconds, or all of the past where it is None."""
+    start = rrb.TimeRangeBoundary.infinite()
+    if past is not None:
+        start = rrb.TimeRangeBoundary.cursor_relative(seconds=-past)
+    ends: dict[str, Any] = {"start": start, "end": rrb.TimeRangeBoundary.cursor_relative()}
+    timelines = ("sim_time", "tick") if past is None else ("sim_time",)
+    ranges = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(timeline, **ends) for timeline in timelines])
+    return {entity: [ranges] for entity in entities}

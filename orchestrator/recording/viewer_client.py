@@ -1,0 +1,89 @@
+"""Screenshots of a recording, taken by a Rerun viewer that listens at a URL."""
+# pyright: basic
+# rerun's viewer client carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import contextlib
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+from rerun.experimental import ViewerClient
+
+_ANSWERS_WITHIN: Final = 30.0
+"""[s] in which the viewer must answer, and load a recording"""
+_HAS_ROWS_WITHIN: Final = 5.0
+"""[s] in which the timeline of a recording with rows can be moved"""
+_DRAWS_WITHIN: Final = 10.0
+"""[s] after which a picture is taken even though it still changes"""
+
+
+def screenshots(url: str, recording: Path, times: Sequence[float | None], settle: float) -> Iterator[bytes]:
+    """Open a recording in the viewer at a URL and take pictures of the window.
+
+    Args:
+        url: Where the viewer listens.
+        recording: The file to open.
+        times: One picture is taken at each of these times [s] on the timeline `sim_time`; None is where the viewer
+            opens.
+        settle: Pause [s] between loading the recording and the first picture.
+
+    Yields:
+        The content of one PNG file for each of the `times`.
+
+    Raises:
+        ConnectionError: The viewer does not answer.
+        ValueError: The viewer finds nothing to show.
+    """
+    try:
+        viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN)
+        _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN)
+        if not _loads(viewer):
+            raise ValueError("nothing that the viewer can show")
+        clock.sleep(settle)
+        for time in times:
+            if time is not None:
+                move = partial(viewer.set_time, "sim_time", duration=time, play_state="paused")
+                # A run without rows has no timeline to move; a viewer that is gone shows in the next line.
+                with contextlib.suppress(RuntimeError, OSError):
+                    _retried(move, _HAS_ROWS_WITHIN)
+            yield _still_picture(viewer)
+    except (RuntimeError, OSError) as error:
+        raise ConnectionError(str(error).partition("\n")[0]) from error
+
+
+def _retried(action: Callable[[], Any], seconds: float) -> Any:
+    """The result of an action that may fail until a deadline has passed."""
+    deadline = clock.monotonic() + seconds
+    while True:
+        try:
+            return action()
+        except (RuntimeError, OSError):
+            if clock.monotonic() > deadline:
+                raise
+            clock.sleep(0.1)
+
+
+def _loads(viewer: ViewerClient) -> bool:
+    """Wait until a recording is loaded and has views; tells whether that happens in time."""
+    deadline = clock.monotonic() + _ANSWERS_WITHIN
+    while clock.monotonic() < deadline:
+        state = viewer.get_state()
+        if state.recordings and state.views and not state.loading:
+            return True
+        clock.sleep(0.1)
+    return False
+
+
+def _still_picture(viewer: ViewerClient) -> bytes:
+    """The first picture that equals its predecessor, so that all views are drawn in it."""
+    deadline, last = clock.monotonic() + _DRAWS_WITHIN, b""
+    while True:
+        clock.sleep(0.3)
+        picture = viewer.take_screenshot()
+        if picture == last or clock.monotonic() > deadline:
+            return picture
+        last = picture
