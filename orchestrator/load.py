@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from components.interfaces.problem import refuse
-from orchestrator.results import summary
+from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
@@ -21,9 +21,9 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     """
     path = Path(request)
     if path.is_dir():
-        if not summary.is_run(path):
+        if not is_run(path):
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
-        path = path / "system.ssp"
+        path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
         return prepare(request, options, progress)
     if options.replacements or options.mode != Options().mode:
@@ -36,7 +36,7 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
     found = ssp_reader.read(
         path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
     )
-    if path.parent == Path(request) and not (path.parent / summary.SUMMARY).is_file():
+    if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
         found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
     return with_options(found, options)
 

@@ -19,13 +19,12 @@ from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.provenance import versions
+from orchestrator.results.run_folder import FIGURES, RECORDING, SIGNALS, new_folder, write_system
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.stepping.rows import paces, without_gaps
 from orchestrator.system.experiment import EVERYTHING, Scenario
 from orchestrator.viewing.live import LiveStream
-
-RECORDING = "recording.rrd"
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,8 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         with ExitStack() as running:
             # a library that cannot be loaded leaves no folder
             fault = _attempt(lambda: running.enter_context(simulation))
-            folder = summary.new_folder(scenario.name, out)
-            summary.write_system(scenario, folder)
+            folder = new_folder(scenario.name, out)
+            write_system(scenario, folder)
             request = RecordingRequest(
                 folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
             )
@@ -87,12 +86,12 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
         for stream in streams:
             stream.end(request.about | summary.ending(ended))
         columns = simulation.columns()
-        write_signals(columns, scenario, folder / "signals.parquet")
+        write_signals(columns, scenario, folder / SIGNALS)
         told = summary.summary(scenario, simulation, columns, ended)
         if pacer is not None:
             told["realtime"] = pacer.report()
         progress("drawing the figures")  # while the recording is written on another core
-        if beside.figures and (failed := _draw(scenario, columns, folder / "figures")):
+        if beside.figures and (failed := _draw(scenario, columns, folder / FIGURES)):
             told["figures"] = f"not drawn: {failed}"
         progress("writing the recording")
         notes = _recorded(beside, request, simulation, summary.ending(ended))

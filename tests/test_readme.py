@@ -20,10 +20,10 @@ from orchestrator.run import Beside, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
+from orchestrator.system.shown import shown
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 COMMAND = typer.main.get_command(main.app)
 
 
@@ -142,7 +142,8 @@ def test_a_run_folder_holds_what_the_table_says(static_1):
 
 def measured(scenario: str, controller: str, plant: str = "bicycle", **options) -> dict[str, float]:
     made = prepare(scenario, Options(mode="blocks", replacements={"controller": controller, "plant": plant}))
-    return compute(simulate(made.system, h=made.h, until=made.until, **options), ROLES, made.scene)
+    frame = simulate(made.system, h=made.h, until=made.until, **options)
+    return compute(frame, shown(made.system), made.scene)
 
 
 def assert_shown(text: str, value: float) -> None:

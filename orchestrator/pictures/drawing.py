@@ -1,4 +1,4 @@
-"""What the pictures of a run are made of: boxes, the road, the path and how far it is; plain numpy, no viewer."""
+"""What the pictures of a run consist of: boxes, the road, the path and the distance from it; plain numpy, no viewer."""
 
 from __future__ import annotations
 
@@ -9,30 +9,34 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.pictures.shapes import Array
-from orchestrator.pictures.signals import OBSTACLES, PATH, Cast, Recorded, SignalColumns, bus_paths
+from components.interfaces.buses import VehicleState
+from components.interfaces.maths import Array
+from orchestrator.pictures.signals import OBSTACLE_SIGNALS, PATH_SIGNALS, Recorded, SignalColumns
 from orchestrator.results.path_geometry import path_error
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import BusPaths, signal_path
 
 HEIGHT: Final = 1.4
-"""[m] of all vehicles; no signal carries it"""
+"""[m] Height of all vehicles, which no signal carries"""
 
 ROAD_BEFORE: Final = 40.0
-"""[m] of road that is drawn before the first and behind the last place of interest"""
+"""[m] Length of the road that is drawn before the first and behind the last place of interest"""
 
 ROAD_AT_MOST: Final = (-1e4, 1e4)
-"""[m] a vehicle that is lost gets no road"""
+"""[m] Ends of the longest road that is drawn, also for a vehicle that has diverged"""
 
 ERROR_SCALE: Final = 0.5
-"""[m] path error that is drawn in full red"""
+"""[m] Path error that is drawn in full red"""
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """The obstacles of n rows, those of invalid slots left out: `count` (n,) of them, one after the other."""
+    """The obstacles of n rows, one after the other; those of invalid slots are left out."""
 
     count: NDArray[np.int64]
+    """Number of boxes in each row, `(n,)`"""
     row: NDArray[np.int64]
+    """The row of each box, `(boxes,)`, as are the following"""
     x: Array
     y: Array
     psi: Array
@@ -42,21 +46,29 @@ class Boxes:
 
     @classmethod
     def of(cls, x: Array, y: Array, psi: Array, length: Array, width: Array) -> Boxes:
-        """One box per row."""
+        """One box per row, each field of shape `(n,)`."""
         row = np.arange(len(x), dtype=np.int64)
         return cls(np.ones_like(row), row, x, y, psi, length, width, row)
 
     def where(self, rows: NDArray[np.bool_]) -> Boxes:
-        """Only the boxes of some rows."""
+        """Only the boxes of the rows that a mask `(n,)` selects."""
         kept = rows[self.row]
         row = (np.cumsum(rows) - 1)[self.row[kept]]
         rest = (getattr(self, name)[kept] for name in ("x", "y", "psi", "length", "width", "id"))
         return Boxes(self.count[rows], row, *rest)
 
 
-def obstacles(columns: SignalColumns, who: Cast) -> tuple[Boxes, Array] | None:
-    """The obstacles that the traffic shows, and all that is known of them row by row."""
-    found = columns.bus(who.traffic, *OBSTACLES)
+def obstacles(columns: SignalColumns, buses: BusPaths) -> tuple[Boxes, Array] | None:
+    """The obstacles of a run.
+
+    Args:
+        columns: Its rows.
+        buses: The buses of its system.
+
+    Returns:
+        The boxes, and all that is known of the obstacles row by row, `(n, values)`; None where they were not recorded.
+    """
+    found = columns.bus(buses, *OBSTACLE_SIGNALS)
     if found is None:
         return None
     valid = found[0] != 0
@@ -65,51 +77,61 @@ def obstacles(columns: SignalColumns, who: Cast) -> tuple[Boxes, Array] | None:
     return boxes, np.column_stack(found)
 
 
-def errors(columns: SignalColumns, who: Cast) -> Array | None:
-    """Lateral distance [m] of the vehicle from the path as the controller saw it at the same instant."""
-    ego = columns.bus(who.plant, "state", "x", "y")
-    path = columns.bus(who.controller, *PATH)
-    return path_error(*path, *ego) if ego and path else None
+def path_errors(columns: SignalColumns, buses: BusPaths) -> Array | None:
+    """Lateral distance of the vehicle from the path as the controller saw it at the same instant.
+
+    Args:
+        columns: The rows of a run.
+        buses: The buses of its system.
+
+    Returns:
+        The distances [m], `(n,)`, positive to the left; None where the place or the path was not recorded.
+    """
+    place = columns.bus(buses, VehicleState, "x", "y")
+    path = columns.bus(buses, *PATH_SIGNALS)
+    return path_error(*path, *place) if place and path else None
 
 
-def has_errors(recorded: Recorded, who: Cast) -> bool:
-    """Whether what `errors` takes is recorded at the same ticks."""
-    return recorded.together(*bus_paths(who.plant, "state", "x", "y"), *bus_paths(who.controller, *PATH))
+def has_path_errors(recorded: Recorded, buses: BusPaths) -> bool:
+    """Whether all that `path_errors` needs is recorded at the same ticks."""
+    record, *names = PATH_SIGNALS
+    path = [signal_path(buses, record, name) for name in names]
+    return recorded.together(*(signal_path(buses, VehicleState, axis) for axis in "xy"), *path)
 
 
 def quaternions(psi: Array) -> Array:
-    """Rotations (n, 4) about the vertical axis, as x, y, z, w."""
+    """Rotations by the angles `psi` [rad] `(n,)` about the vertical axis, as quaternions x, y, z, w `(n, 4)`."""
     zero = np.zeros_like(psi)
     return np.column_stack([zero, zero, np.sin(psi / 2), np.cos(psi / 2)])
 
 
 def outlines(boxes: Boxes, gap: float) -> Array:
-    """The boxes grown by `gap` on every side, as closed polygons (boxes, 5, 2)."""
+    """The boxes, grown by `gap` [m] on every side, as closed polygons `(boxes, 5, 2)`."""
     return _around(boxes, gap, [1.0, -1.0, -1.0, 1.0, 1.0], [1.0, 1.0, -1.0, -1.0, 1.0])
 
 
 def boundaries(boxes: Boxes, gap: float) -> Array:
-    """The outlines (boxes, 7, 2) with the heading: one line from the middle to the front, then around."""
+    """The outlines with the heading, as polylines `(boxes, 7, 2)` from the middle to the front, then around the box."""
     return _around(boxes, gap, [0.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0])
 
 
-def _around(boxes: Boxes, gap: float, ahead: list[float], beside: list[float]) -> Array:
-    """Corners in shares of half the length and width, in the road frame."""
-    forward = (boxes.length / 2 + gap)[:, None] * np.array(ahead)
-    left = (boxes.width / 2 + gap)[:, None] * np.array(beside)
+def _around(boxes: Boxes, gap: float, forward_shares: list[float], left_shares: list[float]) -> Array:
+    """Points in the road frame, given in shares of half the length and half the width of each box."""
+    forward = (boxes.length / 2 + gap)[:, None] * np.array(forward_shares)
+    left = (boxes.width / 2 + gap)[:, None] * np.array(left_shares)
     c, s = np.cos(boxes.psi)[:, None], np.sin(boxes.psi)[:, None]
     return np.stack([boxes.x[:, None] + forward * c - left * s, boxes.y[:, None] + forward * s + left * c], axis=-1)
 
 
 def lane_marks(scene: Scene, x_min: float, x_max: float) -> Array:
-    """The broken line between the lanes, as strokes (strokes, 2, 2) of 3 m with gaps of 6 m."""
+    """The broken line between the lanes, as strokes `(strokes, 2, 2)` of 3 m with gaps of 6 m."""
     y = (scene.y_lane + scene.y_adjacent) / 2
     x = np.arange(np.ceil(x_min / 9) * 9, x_max - 3, 9.0)
     return np.stack([np.column_stack([x, np.full_like(x, y)]), np.column_stack([x + 3, np.full_like(x, y)])], axis=1)
 
 
 def error_colours(error: Array) -> NDArray[np.uint8]:
-    """Green for no path error over yellow to red for `ERROR_SCALE` and more, (n, 3)."""
+    """Colours `(n, 3)` of path errors [m] `(n,)`: from green for none over yellow to red for `ERROR_SCALE` and more."""
     stops: Array = np.array([[70, 200, 120], [245, 205, 70], [235, 65, 60]], dtype=float)
     share = np.clip(np.abs(np.nan_to_num(error, nan=ERROR_SCALE)) / ERROR_SCALE, 0, 1)
     channels: list[Array] = [np.interp(share, [0, 0.5, 1], stops[:, i]) for i in range(3)]
@@ -117,17 +139,25 @@ def error_colours(error: Array) -> NDArray[np.uint8]:
 
 
 def waypoint_labels(x: Array, y: Array) -> list[str]:
-    """P0..P14 for points (..., n), row by row; points on the same spot share one label, and the others stay empty."""
+    """The labels P0..P14 of waypoints, row by row.
+
+    Args:
+        x: Waypoints along the road [m], `(waypoints,)` or `(n, waypoints)`.
+        y: The same across the road.
+
+    Returns:
+        One label per waypoint; waypoints in the same place share the label of the first, and the others have none.
+    """
     n = x.shape[-1]
     x, y = x.round(2), y.round(2)
     same = (x[..., :, None] == x[..., None, :]) & (y[..., :, None] == y[..., None, :])
-    same |= np.eye(n, dtype=np.bool_)  # also where there is no number
+    same |= np.eye(n, dtype=np.bool_)  # NaN does not equal itself
     return [label for first in same.argmax(axis=-1).reshape(-1, n).tolist() for label in _labels(tuple(first))]
 
 
 @lru_cache(maxsize=256)
 def _labels(firsts: tuple[int, ...]) -> tuple[str, ...]:
-    """The labels of points, by the first point on the spot of each."""
+    """The labels of points, given the first point in the place of each."""
     labels: list[str] = []
     for i, first in enumerate(firsts):
         if first == i:
@@ -139,11 +169,11 @@ def _labels(firsts: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def raised(shapes: NDArray[Any], z: float) -> NDArray[Any]:
-    """Plane points (..., 2) at the height `z` [m]."""
+    """Points of the plane `(..., 2)` as points of the world `(..., 3)` at the height `z` [m]."""
     return np.concatenate([shapes, np.full((*shapes.shape[:-1], 1), z)], axis=-1)
 
 
 def rgba(colours: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """Opaque colours (n, 3) as one number each, red in the highest byte."""
+    """Opaque colours `(n, 3)` as one number each, `(n,)`, with red in the highest byte."""
     r, g, b = colours.astype(np.uint32).T
     return (r << 24) | (g << 16) | (b << 8) | 0xFF

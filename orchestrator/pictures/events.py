@@ -1,25 +1,28 @@
-"""What happened in a run, as lines of a log at their tick: planned anew, lane change, fallback, near miss, limit.
+"""What happened in a run, as lines of a log: new plans, lane changes, failures of the solver, limits, near misses.
 
-Everything is read from recorded signals. Each kind of event is an edge: the row where something begins, not every row
-in which it holds; what was so in the row before is kept from batch to batch.
+Everything is read from recorded signals. An event is an edge: the row where a condition begins to hold, not every row
+in which it holds. The state of each condition is kept from batch to batch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from components.interfaces.buses import SolverStatus
+from components.interfaces.buses import Solver, SolverStatus, VehicleState
+from components.interfaces.maths import Array
 from orchestrator.pictures.drawing import Boxes
 from orchestrator.pictures.plots import Limit
-from orchestrator.pictures.shapes import Array, Memory
-from orchestrator.pictures.signals import PATH, POSE, Cast, Recorded, SignalColumns
-from orchestrator.results import geometry
+from orchestrator.pictures.shapes import Memory
+from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
+from orchestrator.results.geometry import box_distance
+from orchestrator.results.metrics import edge_gap
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import BusPaths
 
 PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back")
 _PHASE_EVENTS: Final = {
@@ -28,33 +31,42 @@ _PHASE_EVENTS: Final = {
     3: "return begun",
     0: "return finished",
 }
-_STATUS: Final = ("solver", "status")
+_STATUS_SIGNALS: Final = (Solver, "status")
 _MOVED: Final = 1.0
-"""[m] A lane change that moves by more is planned anew"""
+"""[m] A lane change that moves by more than this is a new plan"""
 _PAUSE: Final = 1.0
-"""[s] between two lines about a plan that keeps moving"""
+"""[s] Least time between two lines about a plan that keeps moving"""
 _AT_LIMIT: Final = 1 - 1e-9
 """Share of a limit that counts as reached"""
 _NEAR: Final = 20.0
-"""[m] between centres; boxes that are farther apart are not measured"""
+"""[m] Distance between centres up to which the gap between two boxes is measured"""
 
 
 @dataclass(frozen=True)
 class Event:
-    """One line of the log: in which row of the batch, what, and how bad (`INFO`, `WARN`, `ERROR`)."""
+    """One line of the log."""
 
     row: int
+    """Its row in the batch"""
     text: str
     level: str = "INFO"
+    """`INFO`, `WARN` or `ERROR`"""
 
 
-def phases(columns: SignalColumns, who: Cast) -> NDArray[np.int64] | None:
-    """Where the vehicle is on its path, as indices (n,) into `PHASES`; None without a vehicle or a path.
+def phases(columns: SignalColumns, buses: BusPaths) -> NDArray[np.int64] | None:
+    """The phase of the lane change in every row.
 
     The changes begin at P1 and P8 and end at P7 and P11 of the path as the controller saw it at the same instant; a
-    path whose P7 lies in the own lane has none.
+    path whose P7 lies in the own lane has no lane change.
+
+    Args:
+        columns: The rows of a run.
+        buses: The buses of its system.
+
+    Returns:
+        Indices into `PHASES`, `(n,)`; None where the vehicle or the path was not recorded.
     """
-    ego, path = columns.bus(who.plant, "state", "x"), columns.bus(who.controller, *PATH)
+    ego, path = columns.bus(buses, VehicleState, "x"), columns.bus(buses, *PATH_SIGNALS)
     if ego is None or path is None:
         return None
     x, y = path
@@ -62,26 +74,49 @@ def phases(columns: SignalColumns, who: Cast) -> NDArray[np.int64] | None:
     return np.where(np.abs(y[:, 7] - y[:, 1]) > 0.1, reached, 0).astype(np.int64)  # noqa: PLR2004 - [m]
 
 
-def are_known(recorded: Recorded, who: Cast, scene: Scene | None, limits: list[Limit]) -> bool:
-    """Whether there is anything recorded that events are read from."""
-    if scene is not None and recorded.bus(who.plant, *POSE):
+def are_known(recorded: Recorded, buses: BusPaths, scene: Scene | None, limits: Sequence[Limit]) -> bool:
+    """Whether anything is recorded that events are read from.
+
+    Args:
+        recorded: What is recorded of a run.
+        buses: The buses of its system.
+        scene: The scene that it is drawn in.
+        limits: The limits of its signals.
+    """
+    if scene is not None and recorded.bus(buses, *POSE_SIGNALS):
         return True
-    if recorded.bus(who.controller, *PATH) or recorded.bus(who.controller, *_STATUS):
+    if recorded.bus(buses, *PATH_SIGNALS) or recorded.bus(buses, *_STATUS_SIGNALS):
         return True
     return any(limit.binds for limit in limits)
 
 
 class EventLog:
-    """The events of one run, from batch to batch."""
+    """The events of one run, from batch to batch.
 
-    def __init__(self, who: Cast, scene: Scene | None, limits: list[Limit]) -> None:
-        self._who, self._scene, self._limits = who, scene, limits
+    Args:
+        buses: The buses of its system.
+        scene: The scene that it is drawn in; without one there are no events of the road and the traffic.
+        limits: The limits of its signals.
+    """
+
+    def __init__(self, buses: BusPaths, scene: Scene | None, limits: Sequence[Limit]) -> None:
+        self._buses, self._scene, self._limits = buses, scene, limits
         self._memory = Memory()
         self._plan: Array | None = None
-        self._told = -np.inf
+        """What the last line about a plan said, or the plan at the start"""
+        self._plan_time = -np.inf
+        """[s] of the last line about a plan"""
 
     def of(self, columns: SignalColumns, boxes: Boxes | None) -> list[Event]:
-        """The events of the rows that follow those of the last call, in order."""
+        """The events of a batch.
+
+        Args:
+            columns: The rows that follow those of the last call.
+            boxes: The obstacles in these rows; None where they were not recorded.
+
+        Returns:
+            The events in the order of their rows.
+        """
         found = [
             *self._manoeuvre(columns),
             *self._replanned(columns),
@@ -93,8 +128,8 @@ class EventLog:
         return sorted(found, key=lambda event: event.row)
 
     def _manoeuvre(self, columns: SignalColumns) -> Iterator[Event]:
-        phase = phases(columns, self._who)
-        ego = columns.bus(self._who.plant, "state", "x")
+        phase = phases(columns, self._buses)
+        ego = columns.bus(self._buses, VehicleState, "x")
         if phase is None or ego is None:
             return
         before = self._memory.before("phase", phase[:, None])[:, 0]
@@ -102,7 +137,7 @@ class EventLog:
             yield Event(int(row), f"{_PHASE_EVENTS[int(phase[row])]} at x = {ego[0][row]:.1f} m")
 
     def _replanned(self, columns: SignalColumns) -> Iterator[Event]:
-        path = columns.bus(self._who.controller, *PATH)
+        path = columns.bus(self._buses, *PATH_SIGNALS)
         if path is None:
             return
         x, y = path
@@ -112,41 +147,39 @@ class EventLog:
         row = 0
         while row < len(plans):
             moved = (np.abs(plans[row:] - self._plan) > _MOVED).any(axis=1)
-            moved &= columns.time[row:] >= self._told + _PAUSE
+            moved &= columns.time[row:] >= self._plan_time + _PAUSE
             if not moved.any():
                 return
             row += int(np.argmax(moved))
             yield Event(row, _plan_text(plans[row]))
-            self._plan, self._told = plans[row], float(columns.time[row])
+            self._plan, self._plan_time = plans[row], float(columns.time[row])
 
     def _solver(self, columns: SignalColumns) -> Iterator[Event]:
-        found = columns.bus(self._who.controller, *_STATUS)
-        if found is None:
+        status = columns.bus(self._buses, *_STATUS_SIGNALS)
+        if status is None:
             return
-        for status, text, level in (
+        for failure, text, level in (
             (SolverStatus.iteration_limit, "solver: iteration limit, not converged", "WARN"),
             (SolverStatus.fallback, "solver: fallback, the previous plan is followed", "ERROR"),
         ):
-            for row in self._memory.begins(f"solver {status}", found[0] == status):
+            for row in self._memory.begins(f"solver {failure}", status[0] == failure):
                 yield Event(int(row), text, level)
 
     def _limit(self, columns: SignalColumns) -> Iterator[Event]:
-        for limit in (x for x in self._limits if x.binds and columns.has(x.signal)):
-            values, side = columns.of(limit.signal), np.sign(limit.value)
+        for limit in (x for x in self._limits if x.binds and columns.has(x.signal.path)):
+            values, side = columns.of(limit.signal.path), np.sign(limit.value)
             holds = side * values >= side * limit.value * _AT_LIMIT
-            for row in self._memory.begins(f"limit {limit.signal} {limit.label}", holds & (limit.value != 0)):
+            for row in self._memory.begins(f"limit {limit.signal.path} {limit.name}", holds & (limit.value != 0)):
                 yield Event(int(row), _limit_text(limit), "WARN")
 
     def _near(self, columns: SignalColumns, boxes: Boxes) -> Iterator[Event]:
-        ego = columns.bus(self._who.plant, *POSE)
+        ego = self._ego_boxes(columns)
         if ego is None or self._scene is None:
             return
-        x, y, psi = (values[boxes.row] for values in ego)
-        close = np.hypot(boxes.x - x, boxes.y - y) < _NEAR
-        size = np.tile([self._scene.ego_length, self._scene.ego_width], (int(close.sum()), 1))
-        own = np.column_stack([x[close], y[close], psi[close], size])
-        other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])[close]
-        gap, row = geometry.box_distance(own, other), boxes.row[close]
+        own = ego[boxes.row]
+        other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])
+        close = np.hypot(boxes.x - own[:, 0], boxes.y - own[:, 1]) < _NEAR
+        gap, row = box_distance(own[close], other[close]), boxes.row[close]
         nearest, identity = np.full(len(columns.time), np.inf), np.zeros(len(columns.time), dtype=np.int64)
         falling = np.argsort(-gap, kind="stable")  # of several boxes in a row, the nearest is written last
         nearest[row[falling]], identity[row[falling]] = gap[falling], boxes.id[close][falling]
@@ -156,20 +189,25 @@ class EventLog:
             yield Event(int(row), f"contact with #{identity[row]}", "ERROR")
 
     def _edge(self, columns: SignalColumns) -> Iterator[Event]:
-        ego = columns.bus(self._who.plant, *POSE)
+        ego = self._ego_boxes(columns)
         if ego is None or self._scene is None:
             return
-        size = np.tile([self._scene.ego_length, self._scene.ego_width], (len(ego[0]), 1))
-        y = geometry.box_corners(np.column_stack([*ego, size]))[:, :, 1]
-        gap = np.minimum(self._scene.y_left - y.max(axis=1), y.min(axis=1) - self._scene.y_right)
+        gap = edge_gap(ego, self._scene)
         for row in self._memory.begins("edge", gap < 0):
             yield Event(int(row), f"off the road by {-gap[row]:.2f} m", "ERROR")
 
+    def _ego_boxes(self, columns: SignalColumns) -> Array | None:
+        """The box of the ego vehicle in every row, `(n, 5)`: x and y of its centre, yaw angle, length, width."""
+        pose = columns.bus(self._buses, *POSE_SIGNALS)
+        if pose is None or self._scene is None:
+            return None
+        size = np.tile([self._scene.ego_length, self._scene.ego_width], (len(columns.time), 1))
+        return np.column_stack([*pose, size])
+
 
 def _limit_text(limit: Limit) -> str:
-    unit = limit.label.partition("[")[2].rstrip("]")
-    text = f"limit active: {limit.signal.rpartition('.')[2]} at {limit.value:.4g}"
-    return text if unit in {"", "1"} else f"{text} {unit}"
+    text = f"limit active: {limit.signal.name} at {limit.value:.4g}"
+    return text if limit.unit in {"", "1"} else f"{text} {limit.unit}"
 
 
 def _plan_text(plan: Array) -> str:

@@ -1,4 +1,4 @@
-"""The page that says where a run comes from, or several: as Markdown."""
+"""The page about a run, or about several runs, as Markdown: where they come from, and how they ended."""
 
 from __future__ import annotations
 
@@ -6,31 +6,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from orchestrator.pictures.plots import parameter_values
+from orchestrator.results.provenance import facts
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
 
-def facts(summary: Mapping[str, Any]) -> dict[str, str]:
-    """What `summary.json` says in a few words; what it does not say is left out."""
-    if not summary:
-        return {"status": "cut short: there is no summary.json"}
-    found = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
-    if "fault" in summary:
-        found |= fault(summary["fault"])
-    for name, unit in summary["units"].items():
-        found[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
-    return found | dict(summary["versions"])
+def page(name: str, about: Mapping[str, str], system: System) -> str:
+    """The page of one run: its provenance, its parameters and its connections.
 
-
-def fault(told: Mapping[str, Any]) -> dict[str, str]:
-    """What ended a run before its time, and when; `told` are tick, time [s], unit and reason."""
-    at = f"tick {told['tick']} (t = {told['time']:g} s)"
-    return {"fault": f"unit `{told['unit']}`: {told['reason']}", "fault at": at}
-
-
-def page(name: str, told: Mapping[str, str], system: System) -> str:
-    """The page of one run: what is `told` of it, then its parameters and connections."""
-    text = f"# {name}\n\n" + _table(("", ""), told.items())
+    Args:
+        name: What the run is called.
+        about: Its provenance, as `provenance.facts` gives it.
+        system: What was run.
+    """
+    text = f"# {name}\n\n" + _table(("", ""), about.items())
     if parameters := list(_parameters(system)):
         text += "\n## Parameters\n\n" + _table(("parameter", "value", "unit", "meaning"), parameters)
     wires = "\n".join(f"* {connection}" for connection in system.connections)
@@ -38,15 +27,21 @@ def page(name: str, told: Mapping[str, str], system: System) -> str:
 
 
 def comparison(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], scenarios: Sequence[Scenario]) -> str:
-    """The page of several runs: a column each, then the parameters in which they differ."""
+    """The page of several runs: a column for each, then the parameters in which they differ.
+
+    Args:
+        names: What the runs are called.
+        summaries: The content of `summary.json` of each; empty for a run that was cut short.
+        scenarios: What was run.
+    """
     head = ("", *names)
-    told = [facts(summary) | _measured(summary) for summary in summaries]
-    keys = list(dict.fromkeys(key for one in told for key in one))
-    rows = [(key, *(one.get(key, "") for one in told)) for key in keys]
+    about = [facts(summary) | _measured(summary) for summary in summaries]
+    keys = list(dict.fromkeys(key for one in about for key in one))
+    rows = [(key, *(one.get(key, "") for one in about)) for key in keys]
     text = f"# {' against '.join(names)}\n\n" + _table(head, rows)
     values = [{key: f"{value['value']} {value['unit']}" for key, value in s.sources.items()} for s in scenarios]
     parameters = {key: [one.get(key, "-") for one in values] for key in sorted({k for one in values for k in one})}
-    differing = [(key, *found) for key, found in parameters.items() if len(set(found)) > 1]
+    differing = [(key, *different) for key, different in parameters.items() if len(set(different)) > 1]
     return text + "\n## Parameters that differ\n\n" + _table(head, differing) if differing else text
 
 
@@ -57,7 +52,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def _cell(content: object) -> str:
-    """What stands in a cell; the texts of other makers may hold what would end it."""
+    """The content of a cell, in which the texts of foreign FMUs may hold characters that would end it."""
     return " ".join(str(content).split()).replace("|", r"\|")
 
 

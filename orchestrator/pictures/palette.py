@@ -1,7 +1,7 @@
-"""Colours of the viewer's pictures: they read on a dark and on a light ground alike.
+"""Colours of the viewer's pictures, which are legible on a dark and on a light ground alike.
 
-A label has the colour of what it names, on a plate that is dark in one theme and grey in the other: what has labels is
-nearly white.
+The viewer draws a label in the colour of its entity, on a plate that is dark in one theme and grey in the other.
+Entities with labels are therefore nearly white.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ SERIES: Final[tuple[Colour, ...]] = (
     (45, 170, 185),
 )
 SERIES_NAMES: Final = ("blue", "orange", "green", "red", "violet", "cyan")
-"""What a person calls them"""
+"""The name of each colour, for titles"""
 RUNS: Final[tuple[Colour, ...]] = (EGO, (240, 140, 40), (60, 180, 110), (225, 80, 130), (165, 120, 230), (50, 185, 195))
-"""One per run of a comparison, from the start again where there are more"""
+"""One per run of a comparison, from the start again where there are more runs"""
 
 RUN_NAMES: Final = ("blue", "orange", "green", "pink", "violet", "cyan")
 
@@ -55,17 +55,17 @@ STATES: Final[dict[str, Colour]] = {
 
 
 def state(name: str, i: int) -> Colour:
-    """The colour of the state `name`, the `i`-th of its kind."""
+    """The colour of the state `name`, which is the `i`-th state of its signal."""
     return STATES.get(name, SERIES[i % len(SERIES)])
 
 
 def series_name(i: int) -> str:
-    """What the colour of the `i`-th series of a bus is called."""
+    """The name of the colour of the `i`-th series of a bus."""
     return SERIES_NAMES[i % len(SERIES)]
 
 
 def run_name(i: int) -> str:
-    """What the colour of the `i`-th run of a comparison is called."""
+    """The name of the colour of the `i`-th run of a comparison."""
     return RUN_NAMES[i % len(RUNS)]
 
 
@@ -75,6 +75,6 @@ def run(i: int) -> Colour:
 
 
 def paler(colour: Colour, share: float = 0.45) -> Colour:
-    """The colour mixed with grey, for what stands behind."""
+    """The colour mixed with a share of grey, for what is less important."""
     r, g, b = (round(c + (165 - c) * share) for c in colour)
     return r, g, b

@@ -1,4 +1,4 @@
-"""What a person asks of a run, and the signals that answer; the viewer and the figures draw it."""
+"""What a person asks of a run, and the signals that answer; the viewer and the figures draw them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from orchestrator.pictures.signals import Signal, cast
+from components.interfaces.buses import Actuation, Motion, Tyre, VehicleState
+from components.interfaces.record import variables
+from orchestrator.pictures.signals import Signal
+from orchestrator.system.shown import BusPaths, shown, signal_path, unit_that_shows
 from orchestrator.system.system import System
 
 QUESTIONS: Final = (
@@ -16,102 +19,142 @@ QUESTIONS: Final = (
     FAST := "How fast was it?",
 )
 
+_SHARES: Final = ("mu_f", "mu_r")
+"""The signals of `tyre` that are limited to 1"""
+
+_ANSWERS: Final = (
+    (DID, "Steering delta_f", Actuation, ("delta_f",)),
+    (DID, "Torque T_r", Actuation, ("T_r",)),
+    (FELT, "Yaw rate r", VehicleState, ("r",)),
+    (FELT, "Acceleration", Motion, ("a_x", "a_y")),
+    (HARD, "Friction share", Tyre, _SHARES),
+    (FAST, "Speed v_x", VehicleState, ("v_x",)),
+)
+"""A question, the name of a quantity that answers it, and the bus and its signals that show it"""
+
+_ACTUATION_LIMITS: Final = (
+    ("delta_f", "delta_max", 1),
+    ("delta_f", "delta_max", -1),
+    ("T_r", "T_dmax", 1),
+    ("T_r", "T_bmax", -1),
+)
+"""A signal of `actuation`, the controller's parameter that limits it, and the side of the limit"""
+
 
 @dataclass(frozen=True)
 class Limit:
     """A constant that a signal is drawn against."""
 
-    signal: str
-    label: str
+    signal: Signal
+    name: str
+    """What the limit is called, with a minus sign where its value is the negative of a parameter"""
+    unit: str
+    """Unit of measurement"""
     value: float
     binds: bool = True
-    """Whether reaching it is worth a line in the log; a desired value is only drawn"""
+    """Whether reaching it is an event; a desired value is only drawn"""
+
+    @property
+    def label(self) -> str:
+        """Name and unit of measurement."""
+        return titled(self.name, self.unit)
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Series that belong together: a title, full signal paths, and the limits that hold for them."""
+    """Series that belong together, and the limits that hold for them."""
 
-    title: str
-    signals: tuple[str, ...]
+    quantity: str
+    """What is drawn"""
+    unit: str | None
+    """The unit of measurement of all series; None where none is shown"""
+    signals: tuple[Signal, ...]
     limits: tuple[Limit, ...] = ()
 
+    @property
+    def title(self) -> str:
+        """Quantity and unit of measurement."""
+        return titled(self.quantity, self.unit)
+
     def split(self, limits: Sequence[Limit]) -> list[Plot]:
-        """One plot per signal, each with its own `limits`."""
+        """One plot per signal, each with those of the `limits` that are its own."""
         if len(self.signals) == 1:
             return [self]
-        title, _, unit = self.title.rpartition(" [")
         return [
             Plot(
-                f"{title} {path.rpartition('.')[2]} [{unit}",
-                (path,),
-                tuple(limit for limit in limits if limit.signal == path),
+                f"{self.quantity} {signal.name}",
+                self.unit,
+                (signal,),
+                tuple(limit for limit in limits if limit.signal.path == signal.path),
             )
-            for path in self.signals
+            for signal in self.signals
         ]
 
 
+def titled(quantity: str, unit: str | None) -> str:
+    """A title: the quantity, and its unit of measurement in brackets unless it is None."""
+    return quantity if unit is None else f"{quantity} [{unit}]"
+
+
 def limits(system: System, signals: Sequence[Signal]) -> list[Limit]:
-    """The limits of `signals` and their desired values, as the controller's parameters give them; 1 for friction."""
-    who = cast(system)
-    given, known = parameter_values(system, who.controller), {s.path for s in signals}
-    wanted = [
-        (f"{who.controller}.actuation.delta_f", "delta_max", "rad", 1),
-        (f"{who.controller}.actuation.delta_f", "delta_max", "rad", -1),
-        (f"{who.controller}.actuation.T_r", "T_dmax", "N.m", 1),
-        (f"{who.controller}.actuation.T_r", "T_bmax", "N.m", -1),
-    ]
+    """What is known to limit the signals of a run.
+
+    Args:
+        system: The system; the parameters of its controller give the limits of the actuation and the desired speed.
+        signals: The signals that are recorded.
+
+    Returns:
+        The limits and desired values of these signals, among them 1 for the shares of the friction limit.
+    """
+    buses, known = shown(system), {s.path: s for s in signals}
+    given = parameter_values(system, unit_that_shows(buses, Actuation))
     found = [
-        Limit(path, f"{'-' * (sign < 0)}{name} [{unit}]", sign * float(given[name]))
-        for path, name, unit, sign in wanted
-        if name in given and path in known
+        Limit(signal, f"{'-' * (side < 0)}{name}", _unit(Actuation, signal.name), side * float(given[name]))
+        for actuated, name, side in _ACTUATION_LIMITS
+        if name in given and (signal := known.get(signal_path(buses, Actuation, actuated)))
     ]
-    found += [Limit(path, "limit [1]", 1.0) for n in "fr" if (path := f"{who.plant}.tyre.mu_{n}") in known]
-    speed = f"{who.plant}.state.v_x"
-    if "v_ref" in given and speed in known:
-        found.append(Limit(speed, "v_ref [m/s]", float(given["v_ref"]), binds=False))
+    found += [Limit(signal, "limit", _unit(Tyre, signal.name), 1.0) for signal in _known(known, buses, Tyre, _SHARES)]
+    if "v_ref" in given and (speed := known.get(signal_path(buses, VehicleState, "v_x"))):
+        found.append(Limit(speed, "v_ref", _unit(VehicleState, "v_x"), float(given["v_ref"]), binds=False))
     return found
 
 
 def questions(system: System, signals: Sequence[Signal]) -> dict[str, list[Plot]]:
-    """The plots of `signals` that answer each of `QUESTIONS`; what they do not hold is left out."""
-    who = cast(system)
-    wanted = {
-        DID: [
-            ("Steering delta_f", who.controller, "actuation.delta_f"),
-            ("Torque T_r", who.controller, "actuation.T_r"),
-        ],
-        FELT: [
-            ("Yaw rate r", who.plant, "state.r"),
-            ("Acceleration", who.plant, "motion.a_x", "motion.a_y"),
-        ],
-        HARD: [("Friction share", who.plant, "tyre.mu_f", "tyre.mu_r")],
-        FAST: [("Speed v_x", who.plant, "state.v_x")],
-    }
-    known, held = {s.path: s for s in signals}, limits(system, signals)
+    """The plots that answer each of `QUESTIONS`.
+
+    Args:
+        system: The system.
+        signals: The signals that are recorded; what cannot be answered from them is left out.
+
+    Returns:
+        The plots, by question.
+    """
+    buses, known, held = shown(system), {s.path: s for s in signals}, limits(system, signals)
     found: dict[str, list[Plot]] = {}
-    for question, plots in wanted.items():
-        for title, unit, *names in plots:
-            paths = tuple(path for name in names if (path := f"{unit}.{name}") in known)
-            if paths:
-                quantity = f"{title} [{known[paths[0]].variable.quantity.unit}]"
-                drawn = {(limit.label, limit.value): limit for limit in reversed(held) if limit.signal in paths}
-                plot = Plot(quantity, paths, tuple(drawn.values()))
-                found.setdefault(question, []).append(plot)
+    for question, quantity, record, names in _ANSWERS:
+        drawn = _known(known, buses, record, names)
+        if drawn:
+            paths = {signal.path for signal in drawn}
+            lines = {(limit.label, limit.value): limit for limit in reversed(held) if limit.signal.path in paths}
+            plot = Plot(quantity, drawn[0].unit_of_measurement, drawn, tuple(lines.values()))
+            found.setdefault(question, []).append(plot)
     return found
 
 
-def buses(signals: Sequence[Signal]) -> list[Plot]:
-    """The signals that are numbers, grouped by unit, bus and physical unit: none is flat beside a larger one."""
-    found: dict[str, list[str]] = {}
+def by_bus(signals: Sequence[Signal]) -> list[Plot]:
+    """The signals that are numbers, grouped by bus and by unit of measurement, so that series are of similar size.
+
+    Args:
+        signals: The signals that are recorded.
+    """
+    found: dict[tuple[str, str | None], list[Signal]] = {}
     for signal in (signal for signal in signals if signal.is_number):
-        unit = signal.variable.quantity.unit
-        found.setdefault(f"{signal.bus} [{unit}]" if unit else signal.bus, []).append(signal.path)
-    return [Plot(bus, tuple(paths)) for bus, paths in found.items()]
+        found.setdefault((signal.bus, signal.unit_of_measurement or None), []).append(signal)
+    return [Plot(bus, unit, tuple(group)) for (bus, unit), group in found.items()]
 
 
 def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
-    """The parameter values of a unit, its own start values where the system gives none."""
+    """The parameter values of a unit, with its own start values where the system gives none; empty without a unit."""
     if unit is None:
         return {}
     source = system.units[unit]
@@ -119,5 +162,16 @@ def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
 
 
 def limit_parts(limit: Limit) -> tuple[str, ...]:
-    """Where a limit is drawn: root, the parts of its signal, and its side."""
-    return "limits", *limit.signal.split("."), "lower" if limit.value < 0 else "upper"
+    """The parts of the entity path of a limit: the root, the parts of its signal, and its side."""
+    return "limits", *limit.signal.path.split("."), "lower" if limit.value < 0 else "upper"
+
+
+def _known(known: Mapping[str, Signal], buses: BusPaths, record: type, names: Sequence[str]) -> tuple[Signal, ...]:
+    """Those signals of a bus that are known, in the order of their names."""
+    paths = [signal_path(buses, record, name) for name in names]
+    return tuple(known[path] for path in paths if path in known)
+
+
+def _unit(record: type, name: str) -> str:
+    """The unit of measurement that a bus declares for a signal."""
+    return next(variable.quantity.unit for variable in variables(record) if variable.name == name)

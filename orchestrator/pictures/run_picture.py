@@ -1,4 +1,4 @@
-"""One run as shapes: its signals, its world, its use of friction and its events, batch by batch of rows.
+"""One run as shapes: its signals, its world, its use of friction and its events, in batches of rows.
 
 Entities: `/world/...` is geometry in the road frame, z up; `/signals/<unit>/<bus>/<signal>` holds every recorded
 signal, an array as one entity with a series per element; `/states/...` shows modes and texts, `/derived/...` what is
@@ -28,8 +28,9 @@ from orchestrator.pictures.shapes import (
     Style,
     entity,
 )
-from orchestrator.pictures.signals import Recorded, SignalColumns, cast
+from orchestrator.pictures.signals import Recorded, SignalColumns
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import shown
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
@@ -39,13 +40,19 @@ MICROSECONDS = "\N{MICRO SIGN}s"
 
 
 class RunPicture:
-    """What is drawn of one run; `run` and `number` tell it from others in the same recording.
+    """What is drawn of one run.
 
-    A run that is read back from its rows is not `timed`: they do not hold the wall time of its steps. `recorded` are
-    the columns that come at the same ticks, everything at every tick if not given: what is not recorded gets no view.
+    Args:
+        system: The system that runs.
+        scene: The scene that it is drawn in; None for a system without one.
+        run: The name that distinguishes it from other runs in the same recording; empty for a run on its own.
+        number: Its place in a comparison; None for a run on its own.
+        timed: Whether the wall time of its steps is known, which it is not where a run is read back from its rows.
+        recorded: The columns of each group that is recorded at the same ticks; every column at every tick if not
+            given. What is not recorded is not drawn.
     """
 
-    def __init__(  # noqa: PLR0913 - what a run is, and what tells it from others
+    def __init__(  # noqa: PLR0913 - what a run is, and what distinguishes it from others
         self,
         system: System,
         scene: Scene | None,
@@ -55,33 +62,33 @@ class RunPicture:
         timed: bool = True,
         recorded: Sequence[Collection[str]] | None = None,
     ) -> None:
-        self.system, self.run, self.who = system, run, cast(system)
+        self.system, self.run, self.buses = system, run, shown(system)
         self._recorded = Recorded(system, recorded)
         self.signals = self._recorded.signals
         self.limits = plots.limits(system, self.signals)
         self.timed = timed and bool(self.signals)
-        self._parts = world.recorded_parts(self._recorded, self.who)
+        self._parts = world.recorded_parts(self._recorded, self.buses)
         self.scene = scene if self._parts else None
         colour = self._colour = None if number is None else palette.run(number)
-        self._most = friction.loads(system, self.who)
-        self._world = None if self.scene is None else world.World(self.who, self.scene, run, colour, number or 0)
-        self._log = events.EventLog(self.who, self.scene, self.limits)
+        self._largest_forces = friction.plant_force_limits(system, self.buses)
+        self._world = None if self.scene is None else world.World(self.buses, self.scene, run, colour, number or 0)
+        self._log = events.EventLog(self.buses, self.scene, self.limits)
         self._memory = Memory()
 
     @cached_property
     def has_friction(self) -> bool:
         """Whether there are friction circles."""
-        return friction.is_known(self._recorded, self.who)
+        return friction.is_known(self._recorded, self.buses)
 
     @property
     def has_place(self) -> bool:
-        """Whether it is known where the vehicle is, so that an eye can follow it."""
+        """Whether the place of the vehicle is recorded, so that a view can follow it."""
         return "ego" in self._parts
 
     @cached_property
     def has_path_error(self) -> bool:
-        """Whether there are a vehicle and a path to compare."""
-        return drawing.has_errors(self._recorded, self.who)
+        """Whether the distance of the vehicle from the path is known."""
+        return drawing.has_path_errors(self._recorded, self.buses)
 
     @cached_property
     def has_states(self) -> bool:
@@ -91,11 +98,11 @@ class RunPicture:
     @cached_property
     def has_events(self) -> bool:
         """Whether there is a log."""
-        return events.are_known(self._recorded, self.who, self.scene, self.limits)
+        return events.are_known(self._recorded, self.buses, self.scene, self.limits)
 
     @cached_property
     def series_names(self) -> dict[str, list[str]]:
-        """The names of a signal's elements, by its path; with their colours, unless all that the run has is of one."""
+        """The names of the elements of each signal, by its path; with their colours, unless the run has only one."""
         numbers = {signal.path: signal.names for signal in self.signals if signal.is_number}
         if self._colour is not None:
             return numbers
@@ -106,17 +113,17 @@ class RunPicture:
 
     @cached_property
     def _places(self) -> dict[str, range]:
-        """The places of a signal's elements among all that its bus has as numbers."""
-        found: dict[str, range] = {}
-        seen: Counter[str] = Counter()
+        """The places of the elements of each signal among all numbers of its bus, which give them their colours."""
+        places: dict[str, range] = {}
+        counts: Counter[str] = Counter()
         for signal in (s for s in self.signals if s.is_number):
-            first = seen[signal.bus]
-            seen[signal.bus] += len(signal.columns)
-            found[signal.path] = range(first, seen[signal.bus])
-        return found
+            first = counts[signal.bus]
+            counts[signal.bus] += len(signal.columns)
+            places[signal.path] = range(first, counts[signal.bus])
+        return places
 
     def styles(self) -> Iterator[Style]:
-        """What stands from the start."""
+        """What holds from the start."""
         yield from self._series_styles()
         if self.has_path_error:
             yield self._states(self.at("states", "manoeuvre"), events.PHASES)
@@ -131,42 +138,50 @@ class RunPicture:
     def shapes(
         self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None
     ) -> Iterator[Shape | Style]:
-        """Consecutive rows of `Simulation.frame()`, and the wall time [s] that each of their steps took."""
+        """What is drawn of a batch of rows that follow those of the last call.
+
+        Args:
+            frame: The column `time` [s], and one column for each signal element.
+            step_times: The wall time [s] that the step of each row took, `(n,)`; None where it is not known.
+        """
         columns = SignalColumns(frame, self.signals)
         yield from self._signal_shapes(columns)
         if step_times is not None:
             times = np.asarray(step_times, dtype=float)[: len(columns.time)] * 1e6
             yield SeriesValues(entity=self.at("performance", "step_time"), values=times)
-        error = drawing.errors(columns, self.who)
+        error = drawing.path_errors(columns, self.buses)
         if error is not None:
             yield SeriesValues(entity=self.at("derived", "path_error"), values=error)
-        yield from friction.shapes(columns, self.who, self._most, self.run)
-        boxes = drawing.obstacles(columns, self.who)
+        yield from friction.shapes(columns, self.buses, self._largest_forces, self.run)
+        boxes = drawing.obstacles(columns, self.buses)
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
-        yield from self._happenings(columns, None if boxes is None else boxes[0])
+        yield from self._phases_and_events(columns, None if boxes is None else boxes[0])
 
     def fault(self, what: str) -> LogLines:
-        """The line of the log that says why the run ended before its time, for its last row."""
-        said = f"{self._said}fault in {what}"
-        return LogLines(entity=self.at("events"), texts=[said], levels=["ERROR"])
+        """The line of the log that says why the run ended before its stop time, for its last row.
+
+        Args:
+            what: The unit and the reason.
+        """
+        return LogLines(entity=self.at("events"), texts=[f"{self._prefix}fault in {what}"], levels=["ERROR"])
 
     @property
-    def _said(self) -> str:
-        """What a line of the log begins with, so that it is clear whose it is."""
+    def _prefix(self) -> str:
+        """The beginning of every line of the log, which names the run unless it is on its own."""
         return f"{self.run}: " if self.run else ""
 
     def at(self, root: str, *parts: str) -> str:
-        """The path of an entity of this run."""
+        """The path of an entity of this run, by its first part and the parts that follow the name of the run."""
         return entity(root, self.run, *parts)
 
     def _lines(self, at: str, names: list[str], first: int = 0) -> SeriesStyle:
-        """In a comparison all series of a run have its colour; what they show is the title of their view."""
+        """The style of series; in a comparison they have the colour and the name of the run."""
         if self._colour is None:
             colours = [palette.SERIES[(first + i) % len(palette.SERIES)] for i in range(len(names))]
             return SeriesStyle(entity=at, names=names, colours=colours)
-        told = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
-        return SeriesStyle(entity=at, names=told, colours=[self._colour] * len(names))
+        legend = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
+        return SeriesStyle(entity=at, names=legend, colours=[self._colour] * len(names))
 
     def _states(self, at: str, names: Sequence[str]) -> StateStyle:
         return StateStyle(entity=at, names=names, colours=[palette.state(name, i) for i, name in enumerate(names)])
@@ -196,20 +211,20 @@ class RunPicture:
                 rows = self._memory.news(at, np.array(values, dtype=object)[:, None])
                 yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
         ends = np.unique([0, len(columns.time) - 1])
-        for limit in (limit for limit in self.limits if columns.has(limit.signal)):
+        for limit in (limit for limit in self.limits if columns.has(limit.signal.path)):
             at = self.at(*plots.limit_parts(limit))
             yield SeriesValues(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
-    def _happenings(self, columns: SignalColumns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
-        phase = events.phases(columns, self.who)
+    def _phases_and_events(self, columns: SignalColumns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
+        phase = events.phases(columns, self.buses)
         if phase is not None:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
-        if happened := self._log.of(columns, boxes):
+        if found := self._log.of(columns, boxes):
             yield LogLines(
                 entity=self.at("events"),
-                rows=np.array([event.row for event in happened]),
-                texts=[f"{self._said}{event.text}" for event in happened],
-                levels=[event.level for event in happened],
+                rows=np.array([event.row for event in found]),
+                texts=[f"{self._prefix}{event.text}" for event in found],
+                levels=[event.level for event in found],
             )

@@ -1,10 +1,10 @@
-"""What stands where on the viewer's screen, as plain data: views, and rows, columns and tabs of them.
+"""The layout of the viewer's screen, as plain data: views, and rows, columns and tabs of views.
 
-The first tab answers a person's questions about a run, or about several in one; the next holds all signals, the last
-says where the runs come from. What the runs do not have, or did not record, is left out.
+The first tab answers a person's questions about a run, or about several runs; the next holds all signals, the last says
+where the runs come from. What the runs do not have, or did not record, is left out.
 
-A legend hides the curves below it: where there is room, a title says the colours and the limits instead. In a
-comparison a colour is a run, which the title of the tab says once.
+A legend hides the curves below it: where there is room, a title names the colours and the limits instead. In a
+comparison each run has a colour, which the title of the tab names once.
 """
 
 from __future__ import annotations
@@ -15,84 +15,105 @@ from math import ceil, sqrt
 from typing import Final, TypeAlias
 
 from orchestrator.pictures import friction, palette, plots
-from orchestrator.pictures.plots import Limit, Plot
+from orchestrator.pictures.plots import Limit, Plot, titled
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 
-_IN_A_FIFTH, _IN_A_QUARTER = 44, 58
-"""characters; of a longer title a view in this share of a window shows only the beginning"""
+_FIFTH_TITLE, _QUARTER_TITLE = 44, 58
+"""Characters of the longest title that a view in this share of the window shows completely"""
 _OVER_ROAD: Final = (60, 40)
-"""[m] x and z of the eye that has no vehicle to follow: most of the road in one view"""
-_LEGEND_AT_MOST: Final = 6
-"""series; a longer legend would hide what it explains, and a series says its name when it is pointed at"""
+"""[m] x and z of the eye where there is no vehicle to follow, so that one view shows most of the road"""
+_LONGEST_LEGEND: Final = 6
+"""Series; a longer legend would hide what it explains, and the viewer names a series that is pointed at"""
+_PARTS_OF_SCENERY: Final = 3
+"""Views in a complete scenery: bird's eye view, following view and friction circles"""
 
 
 @dataclass(frozen=True)
 class Series:
-    """Series over time, by their entities."""
+    """Series over time."""
 
     title: str
     contents: Sequence[str]
+    """Their entities"""
     legend: bool = False
 
 
 @dataclass(frozen=True)
 class Scenery:
-    """The world around a moving frame `origin`, seen from `eye` towards `target`; `trails` show all of the past."""
+    """The world, seen by an eye that moves with a frame."""
 
     title: str
     origin: str
+    """The entity of the frame"""
     eye: tuple[float, float, float]
+    """[m] in the frame"""
     target: tuple[float, float, float]
+    """[m] the point in the frame that the eye looks at"""
     up: tuple[float, float, float]
     hidden: Sequence[str]
+    """Entities that this view does not show"""
     trails: Sequence[str]
+    """Entities that show all of their past"""
 
 
 @dataclass(frozen=True)
 class Plane:
-    """A plane from (-x, -y) to (x, y); `trails` show the last `past` seconds."""
+    """A plane from (-x, -y) to (x, y)."""
 
     title: str
     origin: str
+    """The entity whose parts are shown"""
     x: float
     y: float
     trails: Sequence[str]
+    """Entities that show their past"""
     past: float
+    """[s] length of the past that they show"""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """What stands at `origin` and below it: `states` over time, lines of a `log`, or a `page` of text."""
+    """What stands at an entity and below it."""
 
     kind: str
+    """`states` over time, the lines of a `log`, or a `page` of text"""
     title: str
     origin: str
+    """The entity"""
 
 
 @dataclass(frozen=True)
 class ViewGroup:
-    """Views side by side (`row`), below each other (`column`), in a `grid`, or behind `tabs`; shares of the room."""
+    """Several views."""
 
     kind: str
+    """Side by side (`row`), below each other (`column`), in a `grid`, or behind `tabs`"""
     parts: Sequence[View]
     shares: Sequence[float] | None = None
+    """Share of the room for each part; equal if not given"""
     title: str = ""
     columns: int = 1
+    """Of a grid"""
 
 
 View: TypeAlias = Series | Scenery | Plane | Panel | ViewGroup
 
 
 def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> ViewGroup:
-    """The screen for one run, or for several side by side."""
+    """The screen for one run, or for several runs in the same views.
+
+    Args:
+        runs: What is drawn of each run.
+        differences: Views of the differences between runs.
+    """
     scenery, asked = _scenery(runs), _asked(runs)
     tabs: list[View] = []
     if scenery is not None or asked:
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
         tabs.append(ViewGroup("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
-    series: list[View] = [*_joined([(run, plots.buses(run.signals)) for run in runs], by_bus=True)]
+    series: list[View] = [*_joined([(run, plots.by_bus(run.signals)) for run in runs], by_bus=True)]
     if not tabs:
-        series += [*differences, *_wall_time(runs), *_what_happened(runs)]
+        series += [*differences, *_wall_time(runs), *_states_and_log(runs)]
     if series:
         columns = min(4, ceil(sqrt(len(series))))
         tabs.append(ViewGroup("grid", series, title="All signals", columns=columns))
@@ -107,7 +128,7 @@ def _named(runs: Sequence[RunPicture]) -> str:
     return "Runs: " + ", ".join(f"{run.run} {palette.run_name(i)}" for i, run in enumerate(runs))
 
 
-def _what_happened(runs: Sequence[RunPicture]) -> list[View]:
+def _states_and_log(runs: Sequence[RunPicture]) -> list[View]:
     """States over time, and the log."""
     found: list[View] = []
     if any(run.has_states for run in runs):
@@ -123,7 +144,7 @@ def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
 
 
 def _scenery(runs: Sequence[RunPicture]) -> View | None:
-    """Bird's eye view, following view and friction circles."""
+    """Bird's eye view, following view and friction circles, as far as there is something to show in them."""
     placed = [run for run in runs if run.scene is not None]
     circles = [run for run in runs if run.has_friction]
     views: list[View] = []
@@ -150,28 +171,28 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
         views.append(Plane(title, "/friction", 2 * friction.APART, 1.6, trails, 2.0))
     if not views:
         return None
-    return ViewGroup("row", views, [5, 2, 2] if len(views) == 3 else None)  # noqa: PLR2004 - all three
+    return ViewGroup("row", views, [5, 2, 2] if len(views) == _PARTS_OF_SCENERY else None)
 
 
 def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
-    """The series that answer each question; a question without an answer is not there."""
+    """The series that answer each question; questions without an answer are left out."""
     found: dict[str, list[View]] = {}
     for question, answers in _by_question(runs).items():
         found[question] = [*_joined(answers)]
-    if erring := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
-        found.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", erring))
+    if path_errors := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
+        found.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
     return {question: found[question] for question in plots.QUESTIONS if question in found}
 
 
 def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differences: Sequence[Series]) -> View | None:
-    """A column for each question, under its name; then what happened."""
+    """A column for each question, with the question as its title; then a column for states and log."""
     columns = dict(asked)
     if more := [*differences, *_wall_time(runs)]:
         columns[plots.FAST] = [*columns.get(plots.FAST, ()), *more]
     shares = [1.0] * len(columns)
-    if happened := _what_happened(runs):
-        columns[_WHEN], shares = happened, [*shares, 1.1]
-    # a tab is the only head that the viewer gives to a column
+    if states_and_log := _states_and_log(runs):
+        columns[_WHEN], shares = states_and_log, [*shares, 1.1]
+    # The viewer shows the title of a column only where it is a tab.
     headed = [ViewGroup("tabs", [ViewGroup("column", views, title=question)]) for question, views in columns.items()]
     return ViewGroup("row", headed, shares) if headed else None
 
@@ -180,7 +201,7 @@ _WHEN: Final = "When was what?"
 
 
 def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:
-    """The plots of each question, run by run; in a comparison one signal each, so that a colour is a run."""
+    """The plots of each question, run by run; in a comparison each plot shows one signal, because a colour is a run."""
     found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
     for run in runs:
         for question, answers in plots.questions(run.system, run.signals).items():
@@ -195,32 +216,34 @@ def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool 
     for run, own in plots:
         for plot in own:
             found.setdefault(plot.title, []).append((run, plot))
-    return [_series(title, same, by_bus=by_bus) for title, same in found.items()]
+    return [_series(same, by_bus=by_bus) for same in found.values()]
 
 
-def _series(title: str, same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
-    """The plots of all runs in one view: its series named by the title if there is room, else by a short legend."""
+def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
+    """Plots of the same title in one view, whose title names the series if there is room; else a short legend does."""
     contents: list[str] = []
     for run, plot in same:
-        contents += [run.at("signals", *path.split(".")) for path in plot.signals]
+        contents += [run.at("signals", *signal.path.split(".")) for signal in plot.signals]
         contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits]
     limits = [limit for _, plot in same for limit in plot.limits]
-    names = list(dict.fromkeys(name for run, plot in same for path in plot.signals for name in run.series_names[path]))
-    whole, listed = _with_limits(title, limits), ", ".join(names)
+    names = list(
+        dict.fromkeys(name for run, plot in same for signal in plot.signals for name in run.series_names[signal.path])
+    )
+    run, plot = same[0]
+    whole, listed = _with_limits(plot.quantity, plot.unit, limits), ", ".join(names)
     if len(names) == 1 and not by_bus:
         return Series(whole, contents)
-    named, room = f"{title}: {listed}", _IN_A_QUARTER
-    if not by_bus:  # a small window cuts the end, which here tells least
-        quantity, _, unit = title.rpartition(" [")
-        named, room = _with_limits(f"{listed} [{unit}", limits) + f": {quantity.lower()}", _IN_A_FIFTH
+    named, room = f"{plot.title}: {listed}", _QUARTER_TITLE
+    if not by_bus:  # a small window cuts off the end, where the quantity tells least
+        named, room = f"{_with_limits(listed, plot.unit, limits)}: {plot.quantity.lower()}", _FIFTH_TITLE
     if len(named) <= room:
         return Series(named, contents)
-    is_alone = not same[0][0].run
-    return Series(whole, contents, legend=is_alone and len(names) <= _LEGEND_AT_MOST)
+    return Series(whole, contents, legend=not run.run and len(names) <= _LONGEST_LEGEND)
 
 
-def _with_limits(title: str, limits: Sequence[Limit]) -> str:
-    """The title with the values of the limits that are drawn; their unit is that of the title, if there is one."""
+def _with_limits(quantity: str, unit: str | None, limits: Sequence[Limit]) -> str:
+    """The title of a quantity with the values of its limits, whose unit of measurement is that of the quantity."""
+    title = titled(quantity, unit)
     bounds = sorted({limit.value for limit in limits if limit.binds})
     match bounds:
         case []:
@@ -230,11 +253,11 @@ def _with_limits(title: str, limits: Sequence[Limit]) -> str:
         case [low, high] if low < 0 < high:
             title += f" {low:.4g} to {high:.4g}"
         case [high] if high > 0:
-            title = f"{title.removesuffix(' [1]')} \N{LESS-THAN OR EQUAL TO} {high:.4g}"
+            title = f"{quantity if unit == '1' else title} \N{LESS-THAN OR EQUAL TO} {high:.4g}"
         case _:
             title += f", limits {', '.join(f'{value:.4g}' for value in bounds)}"
-    wanted: dict[str, list[str]] = {}
+    desired: dict[str, list[str]] = {}
     for limit in (limit for limit in limits if not limit.binds):
-        values = wanted.setdefault(limit.label.partition(" [")[0], [])
+        values = desired.setdefault(limit.name, [])
         values += [text for text in [f"{limit.value:.4g}"] if text not in values]
-    return title + "".join(f", {name} {' and '.join(values)}" for name, values in wanted.items())
+    return title + "".join(f", {name} {' and '.join(values)}" for name, values in desired.items())

@@ -1,7 +1,6 @@
-"""The signals of a system and the rows of a run by signal; plain numpy, no viewer.
+"""The signals of a system, and the rows of a run by signal; plain numpy, no viewer.
 
-Nothing here asks for more than there is: a unit that fills no socket, a bus that a controller does not offer, or a
-column that was not recorded simply does not show.
+Nothing here demands that a signal exists: a bus that no unit shows, and a column that was not recorded, are left out.
 """
 
 from __future__ import annotations
@@ -9,31 +8,37 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from components.interfaces.buses import ObstacleList, Plan, VehicleState, Waypoints
+from components.interfaces.maths import Array
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from orchestrator.pictures.shapes import Array, entity
+from orchestrator.pictures.shapes import entity
+from orchestrator.system.shown import BusPaths, signal_path
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
-LARGEST: Final = 1e9
-"""Geometry ends here: viewers compute with 32 bits"""
+LARGEST_COORDINATE: Final = 1e9
+"""Geometry is cut off here, because viewers compute with 32 bits"""
 
-POSE: Final = ("state", "x", "y", "psi")
-OBSTACLES: Final = ("obstacles", "valid", "id", "x", "y", "psi", "length", "width")
-PATH: Final = ("path", "x", "y")
-PLAN: Final = ("plan", "x", "y", "x_d", "y_upper", "y_lower")
-"""Bus and signals that it takes to draw the vehicle, the obstacles, the path and the plan"""
+BusSignals: TypeAlias = tuple[type, *tuple[str, ...]]
+"""The record type of a bus, and the names of some of its signals"""
+
+POSE_SIGNALS: Final[BusSignals] = (VehicleState, "x", "y", "psi")
+OBSTACLE_SIGNALS: Final[BusSignals] = (ObstacleList, "valid", "id", "x", "y", "psi", "length", "width")
+PATH_SIGNALS: Final[BusSignals] = (Waypoints, "x", "y")
+PLAN_SIGNALS: Final[BusSignals] = (Plan, "x", "y", "x_d", "y_upper", "y_lower")
+"""What the vehicle, the obstacles, the path and the plan are drawn from"""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """One recorded output of a system."""
+    """One output of a unit."""
 
     unit: str
     variable: Variable
@@ -50,13 +55,23 @@ class Signal:
 
     @cached_property
     def entity(self) -> str:
-        """Where a recording holds it."""
+        """The path of its entity in a recording."""
         return entity("signals", *self.path.split("."))
 
     @property
     def bus(self) -> str:
-        """Unit and bus, `plant.state`; the unit alone where the name has no bus."""
+        """The path of its bus, `plant.state`; the unit alone where the name has no bus."""
         return self.path.rpartition(".")[0]
+
+    @cached_property
+    def name(self) -> str:
+        """Its name within its bus, `v_x`."""
+        return self.path.rpartition(".")[2]
+
+    @property
+    def unit_of_measurement(self) -> str:
+        """Its unit of measurement, as Modelica spells it; empty where it has none."""
+        return self.variable.quantity.unit
 
     @cached_property
     def states(self) -> dict[int, str]:
@@ -85,38 +100,42 @@ class Signal:
 
     @cached_property
     def labels(self) -> list[str]:
-        """Name and unit of each element as they stand in a legend."""
-        unit = self.variable.quantity.unit
+        """The name and the unit of measurement of each element, as a legend shows them."""
+        unit = self.unit_of_measurement
         return [name + (f" [{unit}]" if unit else "") for name in self.names]
 
 
 def signals(system: System) -> list[Signal]:
-    """All outputs of all units, in order."""
+    """All outputs of all units, in the order of the system."""
     return [Signal(unit, variable) for unit, source in system.units.items() for variable in source.interface.outputs]
 
 
-def bus_paths(unit: str | None, bus: str, *names: str) -> list[str]:
-    """The paths of several signals of one bus."""
-    return [f"{unit}.{bus}.{name}" for name in names]
-
-
 class Recorded:
-    """Which signals of a system are recorded, and which of them at the same ticks: only those meet in a picture.
+    """Which signals of a system are recorded, and which of them at the same ticks: only those are drawn together.
 
-    Each of the `groups` names the columns that are recorded at the same ticks; all at every tick if not given.
+    Args:
+        system: The system.
+        groups: The columns of each group that is recorded at the same ticks; every column at every tick if not given.
     """
 
     def __init__(self, system: System, groups: Sequence[Collection[str]] | None = None) -> None:
-        known = signals(system)
-        kept = [{c for s in known for c in s.columns}] if groups is None else [set(group) for group in groups]
-        found = [[s for s in known if group.issuperset(s.columns)] for group in kept]
-        paths = {s.path for group in found for s in group}
-        self.signals = [s for s in known if s.path in paths]
-        self._numbers = [{s.path for s in group if s.is_number} for group in found]
+        outputs = signals(system)
+        columns = [{c for s in outputs for c in s.columns}] if groups is None else [set(group) for group in groups]
+        complete = [[s for s in outputs if group.issuperset(s.columns)] for group in columns]
+        paths = {s.path for group in complete for s in group}
+        self.signals = [s for s in outputs if s.path in paths]
+        """The recorded signals"""
+        self._numbers = [{s.path for s in group if s.is_number} for group in complete]
 
-    def bus(self, unit: str | None, bus: str, *names: str) -> bool:
-        """Whether several signals of one bus are recorded at the same ticks."""
-        return self.together(*bus_paths(unit, bus, *names))
+    def bus(self, buses: BusPaths, record: type, *names: str) -> bool:
+        """Whether several signals of one bus are recorded at the same ticks.
+
+        Args:
+            buses: The buses of the system.
+            record: The record type of the bus.
+            names: The signals of the bus.
+        """
+        return self.together(*(signal_path(buses, record, name) for name in names))
 
     def together(self, *paths: str) -> bool:
         """Whether signals that are numbers are recorded at the same ticks."""
@@ -124,7 +143,12 @@ class Recorded:
 
 
 class SignalColumns:
-    """The rows of a run by signal, as numbers. A signal that was not recorded is not in `signals`; texts are apart."""
+    """The rows of a run by signal, as numbers; texts are kept apart.
+
+    Args:
+        frame: The column `time` [s], and one column for each signal element that was recorded.
+        known: The signals of the system; those that were not recorded are left out.
+    """
 
     def __init__(self, frame: pd.DataFrame | Mapping[str, Any], known: Sequence[Signal]) -> None:
         kept = {name: i for i, name in enumerate(map(str, frame))}
@@ -134,52 +158,47 @@ class SignalColumns:
         self.texts: dict[str, list[list[str]]] = {
             s.path: [list(frame[c]) for c in s.columns] for s in recorded if s.is_text
         }
-        """Values of each element of the recorded texts"""
+        """The values of each element of the recorded texts, by the path of the signal"""
         names = ["time", *(c for s in self.signals for c in s.columns)]
         at = {name: i for i, name in enumerate(names)}
         self._rows = _numbers(frame, names, list(kept))
         self._places = {s.path: [at[c] for c in s.columns] for s in self.signals}
         self.time: Array = self._rows[:, 0]
+        """[s], `(n,)`"""
 
     def has(self, path: str) -> bool:
         """Whether a signal was recorded as numbers."""
         return path in self._places
 
     def of(self, path: str) -> Array:
-        """The values (n,) of a scalar, or (n, elements) of an array."""
+        """The values of a signal: `(n,)` of a scalar, `(n, elements)` of an array."""
         places = self._places[path]
         if len(places) == 1:
             return self._rows[:, places[0]]
         return np.ascontiguousarray(self._rows[:, places])
 
-    def bus(self, unit: str | None, bus: str, *names: str) -> tuple[Array, ...] | None:
-        """Several signals of one bus, cut to what a picture can hold; `None` unless all of them are there."""
-        paths = bus_paths(unit, bus, *names)
+    def bus(self, buses: BusPaths, record: type, *names: str) -> tuple[Array, ...] | None:
+        """Several signals of one bus, cut off at `LARGEST_COORDINATE`.
+
+        Args:
+            buses: The buses of the system.
+            record: The record type of the bus.
+            names: The signals of the bus.
+
+        Returns:
+            The values of each signal, as `of` gives them; None unless all of them were recorded.
+        """
+        paths = [signal_path(buses, record, name) for name in names]
         if not all(path in self._places for path in paths):
             return None
-        return tuple(np.clip(self.of(path), -LARGEST, LARGEST) for path in paths)
+        return tuple(np.clip(self.of(path), -LARGEST_COORDINATE, LARGEST_COORDINATE) for path in paths)
 
 
 def _numbers(frame: Any, names: list[str], kept: list[str]) -> Array:
-    """The columns `names` side by side, in Fortran order; column by column costs ten times as much in short frames."""
+    """The columns `names` side by side, in Fortran order; column by column takes ten times as long in short frames."""
     blocks = getattr(frame, "dtypes", None)
     if blocks is not None and all(kind.kind in "fiub" for kind in blocks.unique()):
         rows = frame.to_numpy(dtype=np.float64)
         at = {name: i for i, name in enumerate(kept)}
         return np.asfortranarray(rows if names == kept else rows[:, [at[name] for name in names]])
     return np.asfortranarray(np.column_stack([np.asarray(frame[n], dtype=np.float64) for n in names]))
-
-
-@dataclass(frozen=True)
-class Cast:
-    """Which unit plays which part in the picture: the first that fills the socket, or none."""
-
-    plant: str | None
-    traffic: str | None
-    controller: str | None
-
-
-def cast(system: System) -> Cast:
-    """The cast of a system."""
-    filled = {socket.name: unit for unit, socket in reversed(list(system.sockets.items()))}
-    return Cast(filled.get("plant"), filled.get("traffic"), filled.get("controller"))

@@ -1,16 +1,16 @@
-"""The world of one run as shapes: road, ego and trail, obstacles and their boundaries, path, plan and corridor."""
+"""The world of one run as shapes: road, ego vehicle and trail, obstacles and their boundaries, path, plan, corridor."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Final
 
 import numpy as np
 
+from components.interfaces.maths import Array
 from orchestrator.pictures import drawing, palette
 from orchestrator.pictures.drawing import Boxes
 from orchestrator.pictures.shapes import (
-    Array,
     Car,
     Colour,
     Lines,
@@ -27,38 +27,61 @@ from orchestrator.pictures.shapes import (
     Surface,
     entity,
 )
-from orchestrator.pictures.signals import OBSTACLES, PATH, PLAN, POSE, Cast, Recorded, SignalColumns
+from orchestrator.pictures.signals import (
+    OBSTACLE_SIGNALS,
+    PATH_SIGNALS,
+    PLAN_SIGNALS,
+    POSE_SIGNALS,
+    BusSignals,
+    Recorded,
+    SignalColumns,
+)
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import BusPaths
 
 FLAT: Final = 0.02
-"""[m] height of the footprints: from above, bodies would hide where a vehicle ends"""
+"""[m] Height of the footprints, which are drawn from above, where bodies would hide the ends of a vehicle"""
 
-_BESIDE, _APART = 0.7, 1.1
-"""[m] beside a vehicle stands its name, and those of others below it"""
+_NAME_DISTANCE: Final = 0.7
+"""[m] Distance of the name of a vehicle from its side"""
+_NAME_SPACING: Final = 1.1
+"""[m] Distance between the names of several runs"""
+
+_PARTS: Final[Mapping[str, BusSignals]] = {
+    "ego": POSE_SIGNALS,
+    "obstacles": OBSTACLE_SIGNALS,
+    "path": PATH_SIGNALS,
+    "plan": PLAN_SIGNALS,
+}
+"""The parts of the world, and the signals that they are drawn from"""
 
 
-def recorded_parts(recorded: Recorded, who: Cast) -> set[str]:
-    """What there is to draw, of `ego`, `obstacles`, `path` and `plan`."""
-    wanted = {
-        "ego": (who.plant, POSE),
-        "obstacles": (who.traffic, OBSTACLES),
-        "path": (who.controller, PATH),
-        "plan": (who.controller, PLAN),
-    }
-    return {part for part, (unit, bus) in wanted.items() if recorded.bus(unit, *bus)}
+def recorded_parts(recorded: Recorded, buses: BusPaths) -> set[str]:
+    """Which of the parts `ego`, `obstacles`, `path` and `plan` can be drawn.
+
+    Args:
+        recorded: What is recorded of a run.
+        buses: The buses of its system.
+    """
+    return {part for part, signals in _PARTS.items() if recorded.bus(buses, *signals)}
 
 
 class World:
-    """What is drawn of a run's world; in a comparison (`colour`) the ego's trail, path and plan have its colour.
+    """What is drawn of the world of a run.
 
-    The names of several runs stand below each other, by their `number`: on the road for who looks from above, in the
-    air for who follows.
+    Args:
+        buses: The buses of its system.
+        scene: The road, and the size of the ego vehicle.
+        run: The run's part of the entity paths; empty for a run on its own.
+        colour: In a comparison, the colour of the run, which its trail, path and plan have; None for a run on its own.
+        number: The place of the run in a comparison. The names of the vehicles stand in this order below each other:
+            on the road for the view from above, in the air for the view that follows.
     """
 
-    def __init__(self, who: Cast, scene: Scene, run: str, colour: Colour | None, number: int = 0) -> None:
-        self._below = number * _APART
-        self._who, self._scene, self._run, self._colour = who, scene, run, colour
+    def __init__(self, buses: BusPaths, scene: Scene, run: str, colour: Colour | None, number: int = 0) -> None:
+        self._below = number * _NAME_SPACING
+        self._buses, self._scene, self._run, self._colour = buses, scene, run, colour
         self._memory = Memory()
         self._road = (0.0, 0.0)
 
@@ -66,7 +89,11 @@ class World:
         return entity("world", self._run, *parts)
 
     def styles(self, parts: set[str]) -> Iterator[Style]:
-        """What stands from the start; only for the `parts` that are recorded."""
+        """What holds from the start.
+
+        Args:
+            parts: The parts that are recorded, as `recorded_parts` gives them.
+        """
         own = self._colour
         path, plan = (palette.PATH, palette.PLAN) if own is None else (palette.paler(own, 0.3), own)
         corridor = palette.CORRIDOR if own is None else palette.paler(own)
@@ -100,8 +127,14 @@ class World:
     def shapes(
         self, columns: SignalColumns, error: Array | None, boxes: tuple[Boxes, Array] | None
     ) -> Iterator[Shape | Style]:
-        """The world in these rows; the road is drawn anew where they reach beyond it."""
-        ego = columns.bus(self._who.plant, *POSE)
+        """The world in a batch of rows; the road is drawn anew where they reach beyond it.
+
+        Args:
+            columns: The rows.
+            error: The path error [m] in each row, `(n,)`; None where it is not known.
+            boxes: The obstacles, and all that is known of them, as `drawing.obstacles` gives them.
+        """
+        ego = columns.bus(self._buses, *POSE_SIGNALS)
         places = [np.array([0.0, 100.0]), *([] if ego is None else [ego[0]]), *([] if boxes is None else [boxes[0].x])]
         yield from self._road_to(np.concatenate(places))
         if ego is not None:
@@ -112,7 +145,7 @@ class World:
         yield from self._plan(columns, ego)
 
     def _label_at(self, name: str) -> tuple[float, float, float]:
-        side = -self._scene.ego_width / 2 - _BESIDE
+        side = -self._scene.ego_width / 2 - _NAME_DISTANCE
         return (0, side - self._below, FLAT) if name == "footprint" else (0, side, drawing.HEIGHT - self._below)
 
     def _road_to(self, x: Array) -> Iterator[Style]:
@@ -165,7 +198,7 @@ class World:
         )
 
     def _path(self, columns: SignalColumns) -> Iterator[Shape]:
-        path = columns.bus(self._who.controller, *PATH)
+        path = columns.bus(self._buses, *PATH_SIGNALS)
         if path is None:
             return
         rows = self._memory.news("path", np.column_stack(path))
@@ -178,7 +211,7 @@ class World:
         yield Points(entity=self._at("path", "waypoints"), rows=rows, places=points, labels=labels, counts=counts)
 
     def _plan(self, columns: SignalColumns, ego: tuple[Array, ...] | None) -> Iterator[Shape]:
-        plan = columns.bus(self._who.controller, *PLAN)
+        plan = columns.bus(self._buses, *PLAN_SIGNALS)
         if plan is None:
             return
         x, y, x_d, upper, lower = plan

@@ -1,6 +1,7 @@
-"""What the process that steps and the one that records say to each other, and who records a run.
+"""The messages from the process that steps to the process that records, and the interface of a recorder.
 
-Messages are pickled, one after the other: what to record, then batches of rows, then what is known in the end.
+Messages are pickled, one after the other: what to record, then batches of rows, the last of them with the provenance of
+the run as it is known at the end.
 """
 
 from __future__ import annotations
@@ -12,51 +13,73 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Protocol
 
-if TYPE_CHECKING:  # who starts the process does not wait for what it imports
+if TYPE_CHECKING:  # the process that records starts faster without these imports
     from orchestrator.stepping.master import Simulation
     from orchestrator.stepping.rows import Batch, Element
 
 
 @dataclass(frozen=True)
 class RecordingRequest:
-    """What to record, and where to: a file, or the viewer at a URL."""
+    """What to record, and where."""
 
     folder: Path
-    """The run folder with its `system.ssp`"""
+    """The run folder, which holds `system.ssp`"""
     sink: Path | str
+    """A file, or the URL of a viewer"""
     elements: list[list[Element]]
-    """What each group of rows holds"""
+    """The signal elements in each group of rows"""
     about: dict[str, str]
-    """The run's provenance"""
+    """The run's provenance as it is known at the start"""
     recording_id: str = field(default_factory=lambda: uuid.uuid4().hex)
+    """The streams of one run to a file and to a viewer have the same"""
 
 
 @dataclass(frozen=True)
 class NewRows:
-    """Rows that are new; the last ones come with what is known of the run in the end."""
+    """Rows that were completed since the last message."""
 
     batches: list[Batch]
     about: dict[str, str] | None = None
+    """In the last message, the run's provenance as it is known at the end"""
 
 
 class Recorder(Protocol):
-    """Who writes the rows of a run to a file or a viewer."""
+    """Writes the rows of a run to a file or a viewer."""
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
-        """Record `simulation` from now on, until `end`."""
+        """Record a simulation from now on, until `end`.
+
+        Args:
+            request: What to record, and where.
+            simulation: The simulation, which may step while it is recorded.
+        """
 
     def end(self, about: Mapping[str, str]) -> None:
-        """There will be no more rows; comes back at once."""
+        """Tell the recorder that there are no more rows; returns at once.
+
+        Args:
+            about: The run's provenance as it is known at the end.
+        """
 
     def wait_until_open(self) -> None:
         """Wait until rows are written as they come."""
 
     def wait(self) -> str:
-        """Wait until everything is written; what went wrong, in a line, or nothing."""
+        """Wait until everything is written.
+
+        Returns:
+            What went wrong, in a line; empty if nothing did.
+        """
         ...
 
 
 def send(stream: IO[bytes], message: object) -> None:
-    """A message is bytes within a pickle, so that who receives it need not understand it."""
+    """Send a message.
+
+    Args:
+        stream: A pipe to the other process.
+        message: Any object. It is pickled to bytes, which are pickled again, so that a thread can receive it without
+            importing what it consists of.
+    """
     pickle.dump(pickle.dumps(message, pickle.HIGHEST_PROTOCOL), stream, pickle.HIGHEST_PROTOCOL)
     stream.flush()

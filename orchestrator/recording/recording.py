@@ -1,8 +1,8 @@
-"""Writing `recording.rrd`: never far behind while the run steps, and small in the end.
+"""Writes `recording.rrd`: soon after each step while the run lasts, and compact at the end.
 
-A recording is small in batches of hundreds of rows, but a run that is killed should lose no more than a second of them.
-A slow run therefore writes two files: the recording, with a small batch every second, and beside it a tidy one in large
-batches, which takes the place of the first when the run has ended.
+A recording is compact if it is written in batches of hundreds of rows, but a run that is killed should lose the rows of
+no more than a second. A slow run therefore writes two files: the recording, with a small batch every second, and a
+compact file in large batches, which replaces the recording when the run has ended.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from orchestrator.recording.messages import RecordingRequest
+from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import Batch
 from orchestrator.system.experiment import Scenario
@@ -23,49 +24,63 @@ if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.stepping.master import Simulation
 
 LARGE: Final = 600
-"""rows of a batch; more of them hardly make a row smaller"""
+"""Rows of a batch; in a larger one a row hardly takes less space"""
 _SHORT: Final = 150
-"""rows of a batch that is not worth its own: every entity has a header in it"""
+"""Rows of a batch below which it is joined with its predecessor, because every batch has a header for each entity"""
 _SLOW: Final = 200
-"""rows; a run that has fewer of them for its first batch gets a tidy file"""
+"""Rows; a run whose first batch has fewer of them gets a compact file as well"""
 
 
 class Recording:
-    """The recording of one run, in a file or in the viewer at a URL."""
+    """The recording of one run, in a file or in the viewer at a URL.
+
+    Args:
+        request: What to record, and where.
+        scenario: What is run.
+    """
 
     def __init__(self, request: RecordingRequest, scenario: Scenario) -> None:
         self._request, self._scenario = request, scenario
         self._file = request.sink if isinstance(request.sink, Path) else None
         self._stream = self._open(request.sink)
         if self._file is not None:
-            self._stream.flush()  # from here on there is a file, whatever happens
-        self._tidy: RerunStream | None = None
+            self._stream.flush()  # from here on there is a file, however the run ends
+        self._compact: RerunStream | None = None
         self._pending: list[Batch] = []
         self._begun = False
 
     def log(self, batches: Sequence[Batch], *, last: bool = False) -> None:
-        """Write rows; with the last of them, or with many, there is nothing to tidy up later."""
+        """Write rows.
+
+        Args:
+            batches: Rows that follow those of the last call.
+            last: Whether all rows of the run have come; if they come at once, one file is compact already.
+        """
         if not self._begun and self._file is not None and not last and sum(map(len, batches)) < _SLOW:
-            self._tidy = self._open(_beside(self._file))
+            self._compact = self._open(_compact_file(self._file))
         self._begun = True
         self._send(self._stream, batches)
-        if self._file is not None:  # a viewer takes them when it can
+        if self._file is not None:  # a viewer takes the rows at its own pace
             self._stream.flush()
-        if self._tidy is not None:
+        if self._compact is not None:
             self._pending += batches
-            if sum(map(len, self._pending)) >= 2 * LARGE:  # so that few rows are hardly ever left for the end
-                self._send(self._tidy, joined(self._pending))
+            if sum(map(len, self._pending)) >= 2 * LARGE:  # few rows are then left for the end
+                self._send(self._compact, joined(self._pending))
                 self._pending = []
 
     def close(self, about: Mapping[str, str]) -> None:
-        """Write what is left, and what is known of the run in the end."""
-        if self._tidy is None or self._file is None:
+        """Write what is left, and replace the recording by the compact file if there is one.
+
+        Args:
+            about: The run's provenance as it is known at the end.
+        """
+        if self._compact is None or self._file is None:
             self._stream.close(about)
             return
-        self._send(self._tidy, joined(self._pending))
-        self._tidy.close(about)
+        self._send(self._compact, joined(self._pending))
+        self._compact.close(about)
         self._stream.close(about)
-        _beside(self._file).replace(self._file)
+        _compact_file(self._file).replace(self._file)
 
     def _open(self, sink: Path | str) -> RerunStream:
         from orchestrator.recording.stream import RerunStream  # noqa: PLC0415
@@ -89,41 +104,52 @@ class Recording:
 
 
 class Afterwards:
-    """Records in this process when the run is over: for runs that are short and many."""
+    """A recorder that works in this process when the run is over, for many short runs."""
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
-        """Take note of what to record."""
+        """Remember what to record."""
         self._request, self._simulation = request, simulation
 
     def wait_until_open(self) -> None:
         """Nothing is written before the end."""
 
     def end(self, about: Mapping[str, str]) -> None:
-        """Take note of what is known in the end."""
+        """Remember the provenance of the run as it is known at the end."""
         self._about = about
 
     def wait(self) -> str:
-        """Write the recording; what went wrong, in a line, or nothing."""
+        """Write the recording.
+
+        Returns:
+            What went wrong, in a line; empty if nothing did.
+        """
         log, request = self._simulation.log, self._request
-        scenario = ssp_reader.read(request.folder / "system.ssp")
+        scenario = ssp_reader.read(request.folder / SYSTEM)
         try:
             recording = Recording(request, scenario)
             for first in range(0, log.kept, LARGE):
                 last = min(first + LARGE, log.kept)
                 recording.log(log.batches(first, last, self._simulation.step_times), last=True)
             recording.close(self._about)
-            _beside(request.folder / request.sink).unlink(missing_ok=True)  # of a process that has died
-        except Exception as error:  # noqa: BLE001 - the run is worth its while without it, and a note tells
+            _compact_file(request.folder / request.sink).unlink(missing_ok=True)  # left by a process that has died
+        except Exception as error:  # noqa: BLE001 - the recording is best effort: the run is kept, and a note tells
             return f"{type(error).__name__}: {error}"
         return ""
 
 
-def _beside(file: Path) -> Path:
+def _compact_file(file: Path) -> Path:
     return file.with_name(f".{file.name}")
 
 
 def joined(batches: Sequence[Batch]) -> list[Batch]:
-    """The same rows of each group in few batches, none much longer than `LARGE`, and no short one behind another."""
+    """Join batches.
+
+    Args:
+        batches: Consecutive rows of each group, in any order.
+
+    Returns:
+        The same rows in few batches by group, none of them much longer than `LARGE`, and no short one after another.
+    """
     runs: list[list[Batch]] = []
     for batch in sorted(batches, key=lambda b: (b.group, b.first)):
         if runs and runs[-1][0].group == batch.group and sum(map(len, runs[-1])) < LARGE:

@@ -1,6 +1,6 @@
-"""What the process that records does: it reads messages until they end.
+"""The process that records: it reads messages until they end.
 
-When the rows end without a word, because the stepping process has died, it completes the recording with what it has.
+When they end without the last one, because the stepping process has died, it completes the recording with what it has.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from typing import IO, Any, Final, TypeAlias
 from typing_extensions import override
 
 from orchestrator.recording.messages import NewRows, RecordingRequest
+from orchestrator.results.run_folder import SYSTEM
 
 MessageQueue: TypeAlias = "queue.SimpleQueue[bytes | None]"
+"""Pickled messages in the order in which they came; None after the last"""
 _LINGERS: Final = 5.0
-"""[s] for a viewer to take what is left; the other side, if it lives, waits for less"""
+"""[s] after the last message in which a viewer must take what is left; the stepping process waits for less"""
 
 
 class _WithoutPandas(MetaPathFinder):
-    """Hides pandas, which recording has no need of: pyarrow imports all of it as soon as Rerun hands it a list."""
+    """Hides pandas, which recording does not need, but which pyarrow imports as soon as Rerun hands it a list."""
 
     @override
     def find_spec(self, fullname: str, path: object, target: object = None) -> None:
@@ -36,7 +38,11 @@ class _WithoutPandas(MetaPathFinder):
 
 
 def main(stream: IO[bytes]) -> None:
-    """The recording side: read messages until they end."""
+    """Record until the messages end.
+
+    Args:
+        stream: The pipe from the process that steps.
+    """
     sys.meta_path.insert(0, _WithoutPandas())
     messages: MessageQueue = queue.SimpleQueue()
     receiver = threading.Thread(target=_receive, args=(stream, messages), daemon=True)
@@ -45,9 +51,10 @@ def main(stream: IO[bytes]) -> None:
 
 
 def _receive(stream: IO[bytes], messages: MessageQueue) -> None:
-    """Take what comes, so that the other side never waits; nothing more is `None`.
+    """Receive messages, so that the other process never waits; None says that there are no more.
 
-    Nothing is imported here: two threads that import modules that need each other find them half made.
+    Nothing is unpickled here, because that imports modules, and two threads that import modules that depend on each
+    other would see them incomplete.
     """
     with contextlib.suppress(EOFError, pickle.UnpicklingError, OSError):
         while True:
@@ -56,60 +63,60 @@ def _receive(stream: IO[bytes], messages: MessageQueue) -> None:
 
 
 def _give_up(receiver: threading.Thread) -> None:
-    """End this process when its viewer hangs, some time after the last row: who started it may have died."""
+    """End this process some time after the last message if its viewer hangs, because its parent may have died."""
     receiver.join()
     time.sleep(_LINGERS)
     os._exit(1)
 
 
 def _next(messages: MessageQueue) -> Any:
-    """The next message, as soon as there is one."""
+    """The next message; waits for it."""
     message = messages.get()
     return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
 
 
 def _record(messages: MessageQueue, receiver: threading.Thread) -> None:
-    # slow to import; the run is prepared meanwhile
+    # These are slow to import; the other process prepares the run at the same time.
     from orchestrator.recording.recording import Recording, joined  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 
-    importlib.import_module("orchestrator.recording.stream")  # `Recording` would import it later
+    importlib.import_module("orchestrator.recording.stream")  # which `Recording` would import later
     request: RecordingRequest | None = _next(messages)
     if request is None:
         return
     if isinstance(request.sink, str):
         threading.Thread(target=_give_up, args=(receiver,), daemon=True).start()
     try:
-        recording = Recording(request, ssp_reader.read(request.folder / "system.ssp"))
+        recording = Recording(request, ssp_reader.read(request.folder / SYSTEM))
     finally:
-        archive.remove_packages()  # all is read; later this process may be ended at any moment
-    print("open", flush=True)  # noqa: T201 - what the other side waits for
+        archive.remove_packages()  # now, because later this process may be ended at any moment
+    print("open", flush=True)  # noqa: T201 - the other process waits for this line
     about, over = {**request.about, "status": "cut short"}, False
     while not over:
-        found = _waiting(messages)
-        over = found[-1] is None
-        rows: list[NewRows] = [message for message in found if message is not None]
+        received = _waiting(messages)
+        over = received[-1] is None
+        rows: list[NewRows] = [message for message in received if message is not None]
         about = next((part.about for part in rows if part.about is not None), about)
         recording.log(joined([batch for part in rows for batch in part.batches]), last=over)
     recording.close(about)
 
 
 def _waiting(messages: MessageQueue) -> list[Any]:
-    """All messages that have come, at least one; after the last there is `None`."""
-    found = [_next(messages)]
-    while not messages.empty() and found[-1] is not None:
-        found.append(_next(messages))
-    return found
+    """All messages that have come, at least one; None after the last."""
+    received = [_next(messages)]
+    while not messages.empty() and received[-1] is not None:
+        received.append(_next(messages))
+    return received
 
 
 if __name__ == "__main__":
     code = 0
     try:
         main(sys.stdin.buffer)
-    except Exception:  # noqa: BLE001 - the other side tells
+    except Exception:  # noqa: BLE001 - the other process reports it
         traceback.print_exc()
         code = 1
-    # at once: threads still read from the pipe, or hold on to a viewer that hangs; everything is written by now
+    # Everything is written; an ordinary end would wait for threads that read from the pipe, or for a viewer that hangs.
     sys.stderr.flush()
     os._exit(code)

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-Rows: TypeAlias = NDArray[np.float64]
-"""One value per row, shape (n,)"""
+from components.interfaces.maths import Array
 
 
-def box_distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> Rows:
-    """Least distance [m] between the boxes of the same row; 0 where they touch or overlap.
+def box_distance(a: Array, b: Array) -> Array:
+    """Least distance [m] between the boxes of the same row.
 
-    Each row of `a` and `b`, of shape (n, 5), is a box: x, y of the centre, yaw angle, length, width.
+    Args:
+        a: One box per row, `(n, 5)`: x and y of its centre, yaw angle, length, width.
+        b: The other box of each row, likewise.
+
+    Returns:
+        The distances, `(n,)`; 0 where the boxes touch or overlap.
     """
     distance: Any = shapely.distance(shapely.polygons(box_corners(a)), shapely.polygons(box_corners(b)))  # type: ignore[no-untyped-call]
     return distance
 
 
-def box_corners(boxes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Corners of boxes (x, y, psi, length, width), of shape (n, 4, 2): front left, then counter-clockwise."""
+def box_corners(boxes: Array) -> Array:
+    """The corners of boxes.
+
+    Args:
+        boxes: One box per row, `(n, 5)`: x and y of its centre, yaw angle, length, width.
+
+    Returns:
+        Its corners, `(n, 4, 2)`, counter-clockwise from the front left one.
+    """
     x, y, psi, length, width = boxes.T
     forward = np.array([0.5, -0.5, -0.5, 0.5]) * length[:, None]
     left = np.array([0.5, 0.5, -0.5, -0.5]) * width[:, None]

@@ -1,52 +1,74 @@
-"""Metrics of a run, computed from its rows alone, and the plain verdicts on them."""
+"""Metrics of a run, computed from its rows alone, and the verdicts that follow from them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
+from components.interfaces.buses import (
+    SLOTS,
+    WAYPOINTS,
+    Actuation,
+    Motion,
+    ObstacleList,
+    Plan,
+    Solver,
+    SolverStatus,
+    Tyre,
+    VehicleState,
+    Waypoints,
+)
+from components.interfaces.maths import Array
 from orchestrator.results import path_geometry
-from orchestrator.results.geometry import Rows, box_corners, box_distance
+from orchestrator.results.geometry import box_corners, box_distance
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import BusPaths, signal_path
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
 Frame: TypeAlias = "pd.DataFrame | Mapping[str, NDArray[Any]]"
-"""A column of rows for each signal element, and `time`"""
+"""The rows of a run: the column `time` [s], and one column for each signal element"""
 
-_BOX = ("x", "y", "psi", "length", "width")
-"""What a box is given by"""
+_BOX: Final = ("x", "y", "psi", "length", "width")
+"""The signals of `obstacles` that give a box"""
 
 
-def compute(frame: Frame, roles: Mapping[str, str], scene: Scene) -> dict[str, float]:
-    """All metrics that the columns of `frame` allow, whose rows are consecutive ticks.
+def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
+    """All metrics that the columns of a run allow.
 
-    `roles` names the unit in each socket. SI units; `gap_obstacle` is the least distance between the ego's box and any
-    obstacle's (0 on contact), `gap_edge` between the ego's corners and the road's edges (negative outside). Rows with
-    values that are not finite (the last one of a run that broke) do not count.
+    Among them are `gap_obstacle`, the least distance between the box of the ego vehicle and that of any obstacle (0 on
+    contact), and `gap_edge`, the least distance between the corners of the ego vehicle and the edges of the road
+    (negative outside).
+
+    Args:
+        frame: Rows of consecutive ticks. Rows with values that are not finite (the last one of a run that broke) do
+            not count.
+        buses: The path of each output bus that the metrics are made from, as `shown` gives it for a system.
+        scene: The road, and the size of the ego vehicle.
+
+    Returns:
+        The metrics by name, in SI units; those that are not finite are left out.
     """
     frame = _finite(frame)
     found: dict[str, float] = {}
     if not len(frame["time"]):
         return found
-    plant, traffic, controller = (roles.get(role, "") for role in ("plant", "traffic", "controller"))
-    found |= _motion(frame, plant) | _tyres(frame, plant)
-    placed = _has(frame, f"{plant}.state.x", f"{plant}.state.y", f"{plant}.state.psi")
-    if placed:
-        found["gap_edge"] = float(edge_gap(ego_boxes(frame, plant, scene), scene).min())
-    if placed and _has(frame, *(f"{traffic}.obstacles.{s}[{SLOTS}]" for s in ("valid", *_BOX))):
-        found["gap_obstacle"] = float(obstacle_gaps(frame, roles, scene).min())
-    found |= _actuation(frame, controller) | _planning(frame, plant, controller) | _solver(frame, controller)
+    found |= _motion(frame, buses) | _tyres(frame, buses)
+    if _has(frame, *(signal_path(buses, VehicleState, s) for s in ("x", "y", "psi"))):
+        ego = _ego_boxes(frame, buses, scene)
+        found["gap_edge"] = float(edge_gap(ego, scene).min())
+        if _has(frame, *(signal_path(buses, ObstacleList, f"{s}[{SLOTS}]") for s in ("valid", *_BOX))):
+            found["gap_obstacle"] = float(_obstacle_gaps(frame, buses, ego).min())
+    found |= _actuation(frame, buses) | _planning(frame, buses) | _solver(frame, buses)
     return {name: value for name, value in found.items() if np.isfinite(value)}
 
 
 def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
-    """What a person asks first of a run."""
+    """Whether the first things that one asks of a run hold, as far as its metrics tell."""
     found: dict[str, bool] = {}
     if "gap_obstacle" in metrics:
         found["no_contact"] = metrics["gap_obstacle"] > 0
@@ -59,30 +81,36 @@ def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
     return found
 
 
-def columns(frame: Frame, prefix: str, n: int) -> NDArray[np.float64]:
-    """The elements ``prefix[1]`` to ``prefix[n]``, of shape (rows, n)."""
-    return np.stack([_column(frame, f"{prefix}[{i + 1}]") for i in range(n)], axis=1)
+def columns(frame: Frame, path: str, n: int) -> Array:
+    """The columns of an array signal, `path[1]` to `path[n]`, as `(rows, n)`."""
+    return np.stack([_column(frame, f"{path}[{i + 1}]") for i in range(n)], axis=1)
 
 
-def ego_boxes(frame: Frame, plant: str, scene: Scene) -> NDArray[np.float64]:
-    """The ego's box in every row: x, y, psi, length, width."""
-    pose = np.stack([_column(frame, f"{plant}.state.{s}") for s in ("x", "y", "psi")], axis=1)
-    size = np.tile([scene.ego_length, scene.ego_width], (len(pose), 1))
-    return np.hstack([pose, size])
+def edge_gap(boxes: Array, scene: Scene) -> Array:
+    """Least distance [m] of the corners of each box to the edges of the road.
 
+    Args:
+        boxes: One box per row, `(n, 5)`: x and y of its centre, yaw angle, length, width.
+        scene: The road.
 
-def edge_gap(boxes: NDArray[np.float64], scene: Scene) -> Rows:
-    """Least distance [m] of each box's corners to the road's edges; negative outside."""
+    Returns:
+        The distances, `(n,)`; negative where a corner is outside.
+    """
     y = box_corners(boxes)[:, :, 1]
     return np.minimum(scene.y_left - y.max(axis=1), y.min(axis=1) - scene.y_right)
 
 
-def obstacle_gaps(frame: Frame, roles: Mapping[str, str], scene: Scene) -> Rows:
-    """Least distance [m] of the ego's box to any valid obstacle's, in every row; infinite without obstacles."""
-    ego = ego_boxes(frame, roles["plant"], scene)
-    bus = f"{roles['traffic']}.obstacles"
-    valid = columns(frame, f"{bus}.valid", SLOTS) > 0
-    parts = [columns(frame, f"{bus}.{s}", SLOTS) for s in _BOX]
+def _ego_boxes(frame: Frame, buses: BusPaths, scene: Scene) -> Array:
+    """The box of the ego vehicle in every row, `(n, 5)`."""
+    pose = np.stack([_column(frame, signal_path(buses, VehicleState, s)) for s in ("x", "y", "psi")], axis=1)
+    size = np.tile([scene.ego_length, scene.ego_width], (len(pose), 1))
+    return np.hstack([pose, size])
+
+
+def _obstacle_gaps(frame: Frame, buses: BusPaths, ego: Array) -> Array:
+    """Least distance [m] of the box in each row of `ego` to that of any valid obstacle; infinite without obstacles."""
+    valid = columns(frame, signal_path(buses, ObstacleList, "valid"), SLOTS) > 0
+    parts = [columns(frame, signal_path(buses, ObstacleList, s), SLOTS) for s in _BOX]
     nearest = np.full(len(ego), np.inf)
     for slot in np.flatnonzero(valid.any(axis=0)):
         here = valid[:, slot]
@@ -91,54 +119,61 @@ def obstacle_gaps(frame: Frame, roles: Mapping[str, str], scene: Scene) -> Rows:
     return nearest
 
 
-def path_error(frame: Frame, plant: str, controller: str) -> Rows | None:
+def _path_error(frame: Frame, buses: BusPaths) -> Array | None:
     """Distance [m] of the centre of gravity to the path of the same row, positive to the left of it.
 
     None where the controller shows no path, or one of both was not recorded.
     """
-    axes = [f"{plant}.state.{axis}" for axis in "xy"] + [f"{controller}.path.{axis}[{WAYPOINTS}]" for axis in "xy"]
-    if not _has(frame, *axes):
+    place = [signal_path(buses, VehicleState, axis) for axis in "xy"]
+    path = [signal_path(buses, Waypoints, axis) for axis in "xy"]
+    if not _has(frame, *place, *(f"{axis}[{WAYPOINTS}]" for axis in path)):
         return None
-    x, y = _column(frame, f"{plant}.state.x"), _column(frame, f"{plant}.state.y")
-    path_x, path_y = (columns(frame, f"{controller}.path.{axis}", WAYPOINTS) for axis in "xy")
+    x, y = (_column(frame, axis) for axis in place)
+    path_x, path_y = (columns(frame, axis, WAYPOINTS) for axis in path)
     return path_geometry.path_error(path_x, path_y, x, y)
 
 
-def _motion(frame: Frame, plant: str) -> dict[str, float]:
+def _motion(frame: Frame, buses: BusPaths) -> dict[str, float]:
     found: dict[str, Any] = {}
-    if _has(frame, f"{plant}.state.r"):
-        r = _column(frame, f"{plant}.state.r")
+    yaw_rate, speed, lateral = (
+        signal_path(buses, VehicleState, "r"),
+        signal_path(buses, VehicleState, "v_x"),
+        signal_path(buses, Motion, "a_y"),
+    )
+    if _has(frame, yaw_rate):
+        r = _column(frame, yaw_rate)
         found |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
-    if _has(frame, f"{plant}.state.v_x"):
-        v_x = _column(frame, f"{plant}.state.v_x")
+    if _has(frame, speed):
+        v_x = _column(frame, speed)
         found |= {"v_x_min": v_x.min(), "v_x_max": v_x.max()}
-    if _has(frame, f"{plant}.state.r") and len(frame["time"]) > 1:
-        # the mean over each step, so that any plant can be compared
-        r_dot = np.diff(_column(frame, f"{plant}.state.r")) / np.diff(_column(frame, "time"))
+    if _has(frame, yaw_rate) and len(frame["time"]) > 1:
+        # The mean over each step, so that any plant can be compared.
+        r_dot = np.diff(_column(frame, yaw_rate)) / np.diff(_column(frame, "time"))
         found |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
-    if _has(frame, f"{plant}.motion.a_y"):
-        found["a_y_peak"] = np.abs(_column(frame, f"{plant}.motion.a_y")).max()
+    if _has(frame, lateral):
+        found["a_y_peak"] = np.abs(_column(frame, lateral)).max()
     return {name: float(value) for name, value in found.items()}
 
 
-def _tyres(frame: Frame, plant: str) -> dict[str, float]:
-    names = [n for n in ("mu_f", "mu_r") if _has(frame, f"{plant}.tyre.{n}")]
-    return {f"{n}_max": float(_column(frame, f"{plant}.tyre.{n}").max()) for n in names}
+def _tyres(frame: Frame, buses: BusPaths) -> dict[str, float]:
+    shares = {share: signal_path(buses, Tyre, share) for share in ("mu_f", "mu_r")}
+    return {f"{share}_max": float(_column(frame, name).max()) for share, name in shares.items() if _has(frame, name)}
 
 
-def _actuation(frame: Frame, controller: str) -> dict[str, float]:
-    if not _has(frame, f"{controller}.actuation.delta_f"):
+def _actuation(frame: Frame, buses: BusPaths) -> dict[str, float]:
+    name = signal_path(buses, Actuation, "delta_f")
+    if not _has(frame, name):
         return {}
-    delta, time = _column(frame, f"{controller}.actuation.delta_f"), _column(frame, "time")
+    delta, time = _column(frame, name), _column(frame, "time")
     return {"delta_f_rate_rms": _rms(np.diff(delta) / (time[-1] - time[-2])) if len(time) > 1 else 0.0}
 
 
-def _planning(frame: Frame, plant: str, controller: str) -> dict[str, float]:
+def _planning(frame: Frame, buses: BusPaths) -> dict[str, float]:
     found: dict[str, float] = {}
-    error = path_error(frame, plant, controller)
+    error = _path_error(frame, buses)
     if error is not None:
         found |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
-    y, upper, lower = (f"{controller}.plan.{s}[1]" for s in ("y", "y_upper", "y_lower"))
+    y, upper, lower = (signal_path(buses, Plan, f"{signal}[1]") for signal in ("y", "y_upper", "y_lower"))
     if _has(frame, y, upper, lower):
         planned = _column(frame, y)
         outside = (planned > _column(frame, upper)) | (planned < _column(frame, lower))
@@ -146,15 +181,15 @@ def _planning(frame: Frame, plant: str, controller: str) -> dict[str, float]:
     return found
 
 
-def _solver(frame: Frame, controller: str) -> dict[str, float]:
+def _solver(frame: Frame, buses: BusPaths) -> dict[str, float]:
     found: dict[str, float] = {}
-    if _has(frame, f"{controller}.solver.status"):
-        status = _column(frame, f"{controller}.solver.status")
+    if _has(frame, name := signal_path(buses, Solver, "status")):
+        status = _column(frame, name)
         found["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
         found["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
-    for name in ("iterations", "kkt"):
-        if _has(frame, f"{controller}.solver.{name}"):
-            found[f"solver_{name}_max"] = float(_column(frame, f"{controller}.solver.{name}").max())
+    for signal in ("iterations", "kkt"):
+        if _has(frame, name := signal_path(buses, Solver, signal)):
+            found[f"solver_{signal}_max"] = float(_column(frame, name).max())
     return found
 
 
@@ -163,12 +198,12 @@ def _finite(frame: Frame) -> dict[str, NDArray[Any]]:
     whole = {name: np.asarray(frame[name]) for name in map(str, frame)}
     finite = np.ones(len(whole["time"]), dtype=bool)
     for values in whole.values():
-        if values.dtype.kind == "f":  # others are always finite, or no numbers
+        if values.dtype.kind == "f":  # the others are always finite, or no numbers
             finite &= np.isfinite(values)
     return {name: values[finite] for name, values in whole.items()}
 
 
-def _column(frame: Frame, name: str) -> NDArray[np.float64]:
+def _column(frame: Frame, name: str) -> Array:
     return np.asarray(frame[name], dtype=float)
 
 

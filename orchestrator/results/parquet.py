@@ -1,6 +1,7 @@
-"""All rows of a run as one parquet file, with units and provenance in its metadata.
+"""All rows of a run as one parquet file, with units of measurement and provenance in its metadata.
 
-Values go to and from pyarrow by their memory: its own conversions import all of pandas, and a person waits for that.
+Values are handed to and from pyarrow as buffers, because its own conversions import all of pandas, which takes longer
+than to write the file.
 """
 # pyright: basic
 # pyarrow carries no types; everything that leaves this file is annotated.
@@ -23,20 +24,39 @@ from orchestrator.system.system import System
 
 
 def write_signals(frame: Frame, scenario: Scenario, path: Path) -> None:
-    """All rows as parquet; each column's unit and meaning, and the run's provenance, stand in the metadata.
+    """Write all rows of a run as parquet, completely or not at all.
 
-    What is no number (NaN) is null in the file, as data frames have it.
+    The unit of measurement and the meaning of each column, and the provenance of the run, stand in the metadata. A
+    value that is not a number (NaN) is null in the file, as data frames have it.
+
+    Args:
+        frame: The column `time` [s], and one column for each signal element that was kept.
+        scenario: What was run.
+        path: The file.
     """
-    known = {"time": {"unit": "s", "description": "simulated time"}, **_descriptions(scenario.system)}
+    described = {"time": {"unit": "s", "description": "simulated time"}, **_descriptions(scenario.system)}
     columns = {name: _array(np.asarray(frame[name])) for name in map(str, frame)}
-    fields = [pa.field(name, column.type, metadata=known[name]) for name, column in columns.items()]
+    fields = [pa.field(name, column.type, metadata=described[name]) for name, column in columns.items()]
     provenance = {
         "macrostep": json.dumps({"scenario": scenario.name, "step": scenario.h, "versions": versions()}),
-        "units": json.dumps({name: told["unit"] for name, told in known.items()}),
+        "units": json.dumps({name: description["unit"] for name, description in described.items()}),
     }
-    beside = path.with_name(f".{path.name}")  # whoever is killed while writing leaves a whole file, or none
-    pq.write_table(pa.Table.from_arrays([*columns.values()], schema=pa.schema(fields, provenance)), beside)
-    beside.replace(path)
+    unfinished = path.with_name(f".{path.name}")  # a process that is killed here leaves no partial file at `path`
+    pq.write_table(pa.Table.from_arrays([*columns.values()], schema=pa.schema(fields, provenance)), unfinished)
+    unfinished.replace(path)
+
+
+def read_columns(path: Path) -> dict[str, Any]:
+    """Read all rows of a run without pandas; `pandas.read_parquet` reads the same file.
+
+    Args:
+        path: The file `signals.parquet`.
+
+    Returns:
+        The values `(n,)` of each column; texts, bytes and columns with nulls as arrays of objects.
+    """
+    table = pq.ParquetFile(path).read()
+    return {name: _values(table.column(name)) for name in table.column_names}
 
 
 def _array(values: np.ndarray[Any, Any]) -> pa.Array:
@@ -51,13 +71,13 @@ def _array(values: np.ndarray[Any, Any]) -> pa.Array:
 
 
 def _texts(values: np.ndarray[Any, Any]) -> pa.Array:
-    """Texts, or bytes: one after the other, and where each begins."""
+    """Texts, or bytes: one buffer with all of them, and one with the offset at which each begins."""
     if not len(values):
         return pa.nulls(0)
-    kind = pa.large_string() if isinstance(values[0], str) else pa.large_binary()
+    arrow_type = pa.large_string() if isinstance(values[0], str) else pa.large_binary()
     parts = [value.encode() if isinstance(value, str) else value for value in values]
-    begins = np.cumsum([0, *map(len, parts)], dtype=np.int64)
-    return pa.Array.from_buffers(kind, len(parts), [None, pa.py_buffer(begins), pa.py_buffer(b"".join(parts))])
+    offsets = np.cumsum([0, *map(len, parts)], dtype=np.int64)
+    return pa.Array.from_buffers(arrow_type, len(parts), [None, pa.py_buffer(offsets), pa.py_buffer(b"".join(parts))])
 
 
 def _bits(values: np.ndarray[Any, Any]) -> pa.Buffer:
@@ -65,31 +85,26 @@ def _bits(values: np.ndarray[Any, Any]) -> pa.Buffer:
 
 
 def _descriptions(system: System) -> dict[str, dict[str, str]]:
+    """Unit of measurement, meaning and items of each signal element."""
     found: dict[str, dict[str, str]] = {}
     for unit, source in system.units.items():
         for variable in source.interface.outputs:
             q = variable.quantity
-            told = {"unit": q.unit, "description": q.description}
+            description = {"unit": q.unit, "description": q.description}
             if q.type is Type.ENUMERATION and q.enumeration is not None:
-                told["items"] = json.dumps({item.name: item.value for item in q.enumeration})
-            found |= {f"{unit}.{element}": told for element in variable.elements}
+                description["items"] = json.dumps({item.name: item.value for item in q.enumeration})
+            found |= {f"{unit}.{element}": description for element in variable.elements}
     return found
 
 
-def read_columns(path: Path) -> dict[str, Any]:
-    """All rows of a run, column by column; people rather use `pandas.read_parquet`."""
-    table = pq.ParquetFile(path).read()
-    return {name: _values(table.column(name)) for name in table.column_names}
-
-
 def _values(column: pa.ChunkedArray) -> np.ndarray[Any, Any]:
-    kind = column.type
-    if pa.types.is_boolean(kind) and not column.null_count:
+    arrow_type = column.type
+    if pa.types.is_boolean(arrow_type) and not column.null_count:
         return np.array(column.to_pylist(), dtype=bool)
-    if column.null_count or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):  # texts and bytes
-        found = np.empty(len(column), dtype=object)
-        found[:] = column.to_pylist()
-        return found
-    dtype = np.dtype(kind.to_pandas_dtype())
+    if column.null_count or not (pa.types.is_floating(arrow_type) or pa.types.is_integer(arrow_type)):
+        objects = np.empty(len(column), dtype=object)
+        objects[:] = column.to_pylist()
+        return objects
+    dtype = np.dtype(arrow_type.to_pandas_dtype())
     parts = [np.frombuffer(c.buffers()[1], dtype, len(c), c.offset * dtype.itemsize) for c in column.chunks if len(c)]
     return np.concatenate(parts) if parts else np.zeros(0, dtype)

@@ -1,20 +1,20 @@
-"""The path between its waypoints P0..P14, and how far the vehicle is from it; plain numpy, many ticks at once.
+"""The path between its waypoints P0..P14, and the distance of the vehicle from it; plain numpy, many ticks at once.
 
-Waypoints alone do not say how they are joined. The path of the controllers here is read as lines and arcs (see
-`components.controller.dubins`): at P1, P7, P8 and P11 it runs along the road, and an arc that starts or ends along the
-road turns by twice the direction of its chord. P2 is the proof: where it does not lie on the first arc so found, the
-waypoints of another construction are joined by straight lines instead.
+Waypoints alone do not say how they are joined. The paths of the controllers of this project consist of lines and arcs
+(see `components.controller.dubins`): at P1, P7, P8 and P11 the path runs along the road, and an arc that starts or ends
+along the road turns by twice the direction of its chord. P2 tells whether a path is of this kind: where it does not lie
+on the first arc found in this way, the waypoints are joined by straight lines instead.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array: TypeAlias = NDArray[np.float64]
+from components.interfaces.maths import Array
 
 _PIECES: Final = (
     ((0, 1), 0),
@@ -27,33 +27,38 @@ _PIECES: Final = (
     ((10, 11), -1),
     ((11, 14), 0),
 )
-"""From which waypoint to which; 0 a line, 1 an arc that starts along the road, -1 one that ends along the road."""
+"""The first and last waypoint; 0 for a line, 1 for an arc that starts along the road, -1 for one that ends along it"""
 
 _NEAR: Final = 0.05
-"""[m] how far P2 may lie from the first arc"""
+"""[m] Distance from the first arc within which P2 counts as lying on it"""
 
 _SAME: Final = 1e-6
-"""[m] Waypoints that are nearer to each other coincide, and have no direction between them."""
+"""[m] Waypoints that are nearer to each other than this coincide, and have no direction between them"""
 
 _STEEPEST: Final = np.pi / 3
-"""[rad] steepest chord of an arc"""
+"""[rad] Largest angle between the chord of an arc and the road"""
 
 _FINE: Final = np.arange(1, 9) / 8
-"""Where on an arc the polyline has its points"""
+"""Shares of the length of an arc at which its polyline has points"""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Lines and arcs of n paths, shape (n, pieces): start pose, curvature (positive to the left), arc length [m]."""
+    """The lines and arcs of n paths, each field of shape `(n, pieces)`."""
 
     x: Array
+    """[m] start of the piece, along the road"""
     y: Array
+    """[m] start of the piece, across the road"""
     psi: Array
+    """[rad] direction at the start"""
     kappa: Array
+    """[1/m] curvature, positive to the left; 0 for a line"""
     length: Array
+    """[m] arc length"""
 
     def points(self, s: Array) -> tuple[Array, Array, Array]:
-        """Position and direction at the arc lengths `s` (n, pieces) from the start of each piece."""
+        """Position and direction at the arc lengths `s` `(n, pieces)` from the start of each piece."""
         half = 0.5 * self.kappa * s
         chord = s * np.sinc(half / np.pi)
         return self.x + chord * np.cos(self.psi + half), self.y + chord * np.sin(self.psi + half), self.psi + 2 * half
@@ -64,7 +69,7 @@ class Pieces:
         return Pieces(self.x[:, one], self.y[:, one], self.psi[:, one], self.kappa[:, one], self.length[:, one])
 
     def offsets(self, x: Array, y: Array) -> Array:
-        """Signed distance (n, pieces) of one position per path from each piece, positive to the left."""
+        """Distance `(n, pieces)` of one position `(n,)` per path from each piece, positive to the left of it."""
         dx, dy = x[:, None] - self.x, y[:, None] - self.y
         forward = dx * np.cos(self.psi) + dy * np.sin(self.psi)
         left = dy * np.cos(self.psi) - dx * np.sin(self.psi)
@@ -79,20 +84,34 @@ class Pieces:
 
 
 def path_error(waypoints_x: Array, waypoints_y: Array, x: Array, y: Array) -> Array:
-    """Lateral distance [m] of (x, y) from the path of the same row, positive to the left of it.
+    """Lateral distance of positions from the path of the same row. Pieces may have no length.
 
-    Waypoints have the shape (n, 15), positions (n,). Zero lengths are allowed for; a position that is not a number
-    has an error that is none.
+    Args:
+        waypoints_x: The waypoints of each path along the road [m], `(n, 15)`.
+        waypoints_y: The same across the road.
+        x: One position per path along the road [m], `(n,)`.
+        y: The same across the road.
+
+    Returns:
+        The distances [m], `(n,)`, positive to the left of the path; NaN where a position is not finite.
     """
     known = np.isfinite(x) & np.isfinite(y)
     x, y = np.where(known, x, 0.0), np.where(known, y, 0.0)
     arcs, lines = _dubins(waypoints_x, waypoints_y), _lines(waypoints_x, waypoints_y)
-    found = [_nearest(pieces.offsets(x, y)) for pieces in (arcs, lines)]
-    return np.where(known, np.where(_is_dubins(arcs, waypoints_x, waypoints_y), *found), np.nan)
+    errors = [_nearest(pieces.offsets(x, y)) for pieces in (arcs, lines)]
+    return np.where(known, np.where(_is_dubins(arcs, waypoints_x, waypoints_y), *errors), np.nan)
 
 
 def path_lines(waypoints_x: Array, waypoints_y: Array) -> list[Array]:
-    """The paths of n rows (n, 15) as polylines (points, 2) that are fine enough to draw."""
+    """The paths of n rows as polylines that are fine enough to draw.
+
+    Args:
+        waypoints_x: The waypoints of each path along the road [m], `(n, 15)`.
+        waypoints_y: The same across the road.
+
+    Returns:
+        One polyline `(points, 2)` for each path.
+    """
     arcs = _dubins(waypoints_x, waypoints_y)
     points = [np.stack([waypoints_x[:, :1], waypoints_y[:, :1]], axis=-1)]
     for i, (_, kind) in enumerate(_PIECES):

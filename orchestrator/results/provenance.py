@@ -1,16 +1,17 @@
-"""What ran: the versions that a result can depend on."""
+"""Provenance: the versions that a result depends on, and what a run's summary tells of where it comes from."""
 
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from importlib import metadata
-from typing import Final
+from typing import Any, Final
 
 _LIBRARIES: Final = ("casadi", "fmpy", "numpy", "pandas", "rerun-sdk")
 
 
 def versions() -> dict[str, str]:
-    """What ran: macrostep, Python and the libraries that a result can depend on."""
+    """The versions of macrostep, of Python and of the libraries that a result can depend on, by name."""
     found = {"macrostep": own_version(), "python": platform.python_version()}
     return found | {name: metadata.version(name) for name in _LIBRARIES}
 
@@ -21,3 +22,35 @@ def own_version() -> str:
         return metadata.version("macrostep")
     except metadata.PackageNotFoundError:
         return "0 (not installed)"
+
+
+def facts(summary: Mapping[str, Any]) -> dict[str, str]:
+    """What a person first wants to know of a run: scenario, status, fault, units and versions.
+
+    Args:
+        summary: The content of `summary.json`; empty for a run that was cut short.
+
+    Returns:
+        A text for each fact, in the order in which they are shown.
+    """
+    if not summary:
+        return {"status": "cut short: there is no summary.json"}
+    found = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
+    if "fault" in summary:
+        found |= fault_facts(summary["fault"])
+    for name, unit in summary["units"].items():
+        found[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
+    return found | dict(summary["versions"])
+
+
+def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:
+    """What ended a run before its stop time, and when.
+
+    Args:
+        fault: The tick, the time [s], the unit and the reason.
+
+    Returns:
+        The entries `fault` and `fault at`.
+    """
+    at = f"tick {fault['tick']} (t = {fault['time']:g} s)"
+    return {"fault": f"unit `{fault['unit']}`: {fault['reason']}", "fault at": at}

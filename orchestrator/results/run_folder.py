@@ -1,8 +1,14 @@
-"""A run as it was kept on disk: what there is of it, also when it was cut short."""
+"""The run folder: the names of its files, how a new one begins, and what is left of a run, even when it was cut short.
+
+A run folder holds `SIGNALS` (all signals, with units of measurement in the metadata), `RECORDING` (Rerun), `SUMMARY`
+(metrics, verdicts, versions, hashes, parameters), `SYSTEM` and pictures in `FIGURES`. The summary is written last: a
+folder without it belongs to a run that was cut short.
+"""
 
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,24 +17,85 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from components.interfaces.problem import Problem, refuse
 
-if TYPE_CHECKING:  # opening a whole recording needs none of them, and a person waits
-    from orchestrator.pictures.signals import Signal
+if TYPE_CHECKING:  # opening a whole recording does not need it, and a person waits
     from orchestrator.system.experiment import Scenario
 
-RECORDING, SIGNALS, SYSTEM, SUMMARY = "recording.rrd", "signals.parquet", "system.ssp", "summary.json"
-VALID = "a run folder, or an .rrd file"
-_TOLD: Final = {"scenario", "title", "status", "units", "versions"}
-_REMEDY = "Make a run: macrostep run static"
+RECORDING: Final = "recording.rrd"
+SIGNALS: Final = "signals.parquet"
+SYSTEM: Final = "system.ssp"
+SUMMARY: Final = "summary.json"
+FIGURES: Final = "figures"
+"""A folder of PNG files"""
+
+VALID_RUN: Final = "a run folder, or an .rrd file"
+"""What a request for a run may name, as messages put it"""
+_KEYS: Final = {"scenario", "title", "status", "units", "versions"}
+"""What every summary tells; a file without them is something else"""
+_REMEDY: Final = "Make a run: macrostep run static"
+
+
+def new_folder(scenario: str, out: Path | None) -> Path:
+    """Make the folder for a run.
+
+    Args:
+        scenario: The name of the scenario.
+        out: The folder; the next free one of `runs/NAME-1`, `runs/NAME-2`, ... if not given.
+
+    Returns:
+        The folder, with nothing in it but an empty folder for figures. A former run is replaced.
+
+    Raises:
+        RequestError: Something other than a run is there, or the place cannot be written to.
+    """
+    folder = out
+    if folder is None:
+        taken = {int(p.name.rpartition("-")[2]) for p in Path("runs").glob(f"{scenario}-[0-9]*") if _is_numbered(p)}
+        folder = Path("runs") / f"{scenario}-{max(taken, default=0) + 1}"
+    where, valid = str(folder), "a folder that is new, empty or a former run, in a place that can be written to"
+    if folder.is_file():
+        raise refuse(where, "a file", valid, "Choose another folder with --out.")
+    try:
+        if folder.is_dir() and any(folder.iterdir()):
+            if not is_run(folder):
+                raise refuse(where, "a folder with other things in it", valid, "Choose another folder with --out.")
+            shutil.rmtree(folder)
+        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
+        (folder / ".writable").touch()
+        (folder / ".writable").unlink()
+    except OSError as error:
+        raise refuse(
+            where, f"a folder that cannot be written to ({error.strerror})", valid, "Choose another one."
+        ) from error
+    return folder
+
+
+def is_run(folder: Path) -> bool:
+    """Whether a folder holds a run, whole or cut short."""
+    return (folder / SYSTEM).is_file()
+
+
+def write_system(scenario: Scenario, folder: Path) -> None:
+    """Write the system and the experiment of a run before its first step, so that even a run that dies can be repeated.
+
+    Args:
+        scenario: What is run.
+        folder: The run folder.
+    """
+    from orchestrator.ssp import writer as ssp_writer  # noqa: PLC0415 - whoever reads runs has no need of it
+
+    ssp_writer.write(scenario, folder / SYSTEM)
 
 
 @dataclass(frozen=True)
 class KeptRun:
-    """A run folder, or a recording on its own (`folder` is None)."""
+    """A run folder, or a recording on its own."""
 
     where: str
+    """The path as it was requested"""
     folder: Path | None
+    """None for a recording on its own"""
     recording: Path | None
-    """None where there is none"""
+    """None where there is no recording"""
 
     @property
     def name(self) -> str:
@@ -37,28 +104,25 @@ class KeptRun:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The system and the experiment, from `system.ssp`. Raises `RequestError`."""
+        """The system and the experiment, from `system.ssp`.
+
+        Raises:
+            RequestError: There is no such file, or it cannot be read.
+        """
         if self.folder is None:
             raise refuse(self.where, "a recording on its own", "a run folder", "Its system.ssp says what was recorded.")
-        from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
+        from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - opening a whole recording does not need it
 
         return ssp_reader.read(self.folder / SYSTEM)
 
     @cached_property
     def summary(self) -> Mapping[str, Any]:
-        """What `summary.json` tells; empty for a run that was cut short, and for a file that is something else."""
+        """The content of `summary.json`; empty for a run that was cut short, and for a file that is something else."""
         try:
-            told = json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
+            content = json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
-        return cast(dict[str, Any], told) if isinstance(told, dict) and told.keys() >= _TOLD else {}
-
-    @cached_property
-    def signals(self) -> list[Signal]:
-        """All signals of the system."""
-        from orchestrator.pictures.signals import signals  # noqa: PLC0415
-
-        return signals(self.scenario.system)
+        return cast(dict[str, Any], content) if isinstance(content, dict) and content.keys() >= _KEYS else {}
 
     @property
     def has_rows(self) -> bool:
@@ -67,29 +131,36 @@ class KeptRun:
 
 
 def find(request: Path) -> KeptRun | Problem:
-    """The run at a path, or what is wrong with it."""
+    """The run at a path.
+
+    Args:
+        request: A run folder, or a recording.
+
+    Returns:
+        The run, or what is wrong with the path.
+    """
     where = str(request)
     if request.is_dir():
         return _in_folder(request)
     if not request.exists():
-        return Problem(where, "no such file or folder", VALID, _REMEDY)
+        return Problem(where, "no such file or folder", VALID_RUN, _REMEDY)
     if not _begins_as_recording(request):
-        return Problem(where, "a file that is no recording", VALID, _REMEDY)
-    return KeptRun(where, request.parent if _is_run(request.parent) else None, request)
+        return Problem(where, "a file that is no recording", VALID_RUN, _REMEDY)
+    return KeptRun(where, request.parent if is_run(request.parent) else None, request)
 
 
 def _in_folder(folder: Path) -> KeptRun | Problem:
     path = folder / RECORDING
     recording = path if path.is_file() else None
-    run = KeptRun(str(folder), folder if _is_run(folder) else None, recording)
+    run = KeptRun(str(folder), folder if is_run(folder) else None, recording)
     if recording is None and not run.has_rows:
         what = f"a run without {RECORDING} and {SIGNALS}" if run.folder else f"a folder without {RECORDING}"
-        return Problem(run.where, what, VALID, "Run it again." if run.folder else _REMEDY)
+        return Problem(run.where, what, VALID_RUN, "Run it again." if run.folder else _REMEDY)
     return run
 
 
-def _is_run(folder: Path) -> bool:
-    return (folder / SYSTEM).is_file()
+def _is_numbered(path: Path) -> bool:
+    return path.name.rpartition("-")[2].isdigit()
 
 
 def _begins_as_recording(path: Path) -> bool:

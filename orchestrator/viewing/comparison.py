@@ -1,37 +1,62 @@
-"""Several runs in one recording: the same views, one colour per run, and the difference of chosen signals."""
+"""Several runs in one recording: the same views, one colour per run, and the differences of chosen signals."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.buses import VehicleState
+from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
-from orchestrator.pictures import pages, palette, screen
+from orchestrator.pictures import pages, palette
 from orchestrator.pictures.run_picture import RunPicture
+from orchestrator.pictures.screen import Series, screen
 from orchestrator.pictures.shapes import Page, SeriesStyle, SeriesValues, Shape, Style, entity
 from orchestrator.recording.stream import ShapeBatch, write
+from orchestrator.results.provenance import facts
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
+from orchestrator.system.shown import signal_path
 
 RunRows: TypeAlias = Mapping[str, NDArray[Any]]
-"""The rows of a run: the column `time`, and one for each recorded signal element"""
+"""The rows of a run: the column `time` [s], and one column for each signal element that was recorded"""
+
+_LONGEST_CHOICE: Final = 20
+"""Signals that a message lists at most"""
 
 
 def rebuild(run: KeptRun, table: RunRows, path: Path) -> None:
-    """Write the recording of a run anew, from its rows."""
+    """Write the recording of a run anew, from its rows.
+
+    Args:
+        run: The run.
+        table: Its rows.
+        path: The file.
+    """
     scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
-    styles = [Page(entity="/about", text=pages.page(run.name, pages.facts(run.summary), scenario.system))]
+    page = Page(entity="/about", text=pages.page(run.name, facts(run.summary), scenario.system))
     batches = [*_batches(picture, groups, scenario.h), *_fault(picture, run, table)]
-    write(path, run.name, screen.screen([picture]), [*styles, *picture.styles()], batches)
+    write(path, run.name, screen([picture]), [page, *picture.styles()], batches)
 
 
 def compare(runs: Sequence[KeptRun], tables: Sequence[RunRows], differences: Sequence[str], path: Path) -> None:
-    """Write a recording of all `runs`, with the `differences` of signals from the first. Raises `RequestError`."""
+    """Write one recording of several runs.
+
+    Args:
+        runs: The runs.
+        tables: The rows of each run.
+        differences: The signal elements whose differences from the first run are shown; place across the road and
+            speed if not given.
+        path: The file.
+
+    Raises:
+        RequestError: A signal is not a number, or was not recorded in every run.
+    """
     names = _names(runs)
     groups = [_groups(run, table) for run, table in zip(runs, tables, strict=True)]
     pictures = [
@@ -44,26 +69,28 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[RunRows], differences: Seq
     styles: list[Style] = [Page(entity="/about", text=page)]
     for picture in pictures:
         styles += picture.styles()
-    views = [_view(column, names, pictures[0]) for column in chosen]
-    styles += [
-        SeriesStyle(entity=entity("difference", name, column), names=[name], colours=[palette.run(i)])
-        for column in chosen
-        for i, name in enumerate(names)
-        if i
-    ]
+    styles += _difference_styles(chosen, names)
     batches: list[ShapeBatch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
         h = run.scenario.h
         batches += [*_batches(pictures[i], groups[i], h), *_fault(pictures[i], run, table)]
         if i:
             batches.append(ShapeBatch(_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
-    write(path, " against ".join(names), screen.screen(pictures, views), styles, batches)
+    views = [_view(column, names, pictures[0]) for column in chosen]
+    write(path, " against ".join(names), screen(pictures, views), styles, batches)
 
 
-def difference(first: RunRows, other: RunRows, column: str) -> NDArray[np.float64]:
-    """How much larger a signal is in `other` than in `first`, at the times of `other`; NaN where `first` has ended.
+def difference(first: RunRows, other: RunRows, column: str) -> Array:
+    """How much larger a signal is in one run than in another.
 
-    Between the ticks at which `first` recorded it, its signal is a line.
+    Args:
+        first: The rows of the run that is compared with. Between the ticks at which it recorded the signal, the signal
+            is interpolated linearly.
+        other: The rows of the run whose signal is looked at, `(n,)`.
+        column: The signal element.
+
+    Returns:
+        The difference at the times of `other`, `(n,)`; NaN where `first` has ended, or where `other` has no value.
     """
     there, here = (np.asarray(table[column], dtype=float) for table in (first, other))
     known = np.isfinite(there)
@@ -73,6 +100,13 @@ def difference(first: RunRows, other: RunRows, column: str) -> NDArray[np.float6
     return here - np.interp(np.asarray(other["time"], dtype=float), time, there[known], left=np.nan, right=np.nan)
 
 
+def _difference_styles(columns: Sequence[str], names: Sequence[str]) -> Iterator[Style]:
+    for column in columns:
+        for i, name in enumerate(names[1:], 1):
+            at = entity("difference", name, column)
+            yield SeriesStyle(entity=at, names=[name], colours=[palette.run(i)])
+
+
 def _differences(name: str, columns: Sequence[str], first: RunRows, other: RunRows) -> Iterator[Shape | Style]:
     for column in columns:
         values = difference(first, other, column)
@@ -80,16 +114,15 @@ def _differences(name: str, columns: Sequence[str], first: RunRows, other: RunRo
         yield SeriesValues(entity=entity("difference", name, column), rows=known, values=values[known])
 
 
-def _view(column: str, names: Sequence[str], picture: RunPicture) -> screen.Series:
-    units = {c: s.variable.quantity.unit for s in picture.signals for c in s.columns}
+def _view(column: str, names: Sequence[str], picture: RunPicture) -> Series:
+    units = {c: s.unit_of_measurement for s in picture.signals for c in s.columns}
     contents = [entity("difference", name, column) for name in names[1:]]
-    return screen.Series(f"{column} [{units[column]}] less that of {names[0]}", contents)
+    return Series(f"{column} [{units[column]}] less that of {names[0]}", contents)
 
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[RunRows]) -> list[str]:
     """Place across the road and speed, as far as all runs have them."""
-    plant = pictures[0].who.plant
-    wanted = [f"{plant}.state.y", f"{plant}.state.v_x"]
+    wanted = [signal_path(pictures[0].buses, VehicleState, signal) for signal in ("y", "v_x")]
     return [column for column in wanted if all(column in table for table in tables)]
 
 
@@ -99,18 +132,15 @@ def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[R
             numbers = [name for name in table if name != "time" and np.asarray(table[name]).dtype.kind in "fiub"]
             if column not in numbers:
                 found = f"no such signal in {run.where}"
-                valid = choices(numbers) if len(numbers) <= _LISTED else "a recorded signal, such as plant.state.y"
+                is_short = len(numbers) <= _LONGEST_CHOICE
+                valid = choices(numbers) if is_short else "a recorded signal, such as plant.state.y"
                 first = [name for name in numbers if name.startswith(f"{column}[")][:1]  # of an array
                 remedy = did_you_mean(column, first or numbers)
                 yield Problem(f"--difference {column}", found, valid if numbers else "a run that recorded it", remedy)
 
 
-_LISTED = 20
-"""signals; more are not read by anybody"""
-
-
 def _groups(run: KeptRun, table: RunRows) -> list[RunRows]:
-    """The rows as they were recorded: the columns that come at the same ticks, without the ticks in between."""
+    """The rows as they were recorded: the columns that were kept at the same ticks, without the ticks in between."""
     pace, ticks = paces(run.scenario.system, run.scenario.record), _ticks(table, run.scenario.h)
     found: list[RunRows] = []
     for every in sorted({pace.get(column, 0) for column in table} - {0}):
@@ -124,14 +154,14 @@ def _batches(picture: RunPicture, groups: Sequence[RunRows], h: float) -> list[S
 
 
 def _fault(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
-    """Why a run ended before its time, at its last tick."""
-    last, told = _ticks(table, run.scenario.h)[-1:], pages.facts(run.summary)
-    if "fault" in told and len(last):
-        yield ShapeBatch(last, run.scenario.h, [picture.fault(told["fault"])])
+    """Why a run ended before its stop time, at its last tick."""
+    last, about = _ticks(table, run.scenario.h)[-1:], facts(run.summary)
+    if "fault" in about and len(last):
+        yield ShapeBatch(last, run.scenario.h, [picture.fault(about["fault"])])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:
-    """The runs' names, with as much of their folders as it takes to tell them apart."""
+    """The names of the runs, or their folders where two runs have the same name."""
     names = [run.name for run in runs]
     if len(set(names)) == len(names):
         return names

@@ -1,7 +1,7 @@
-"""Watching a run while it steps: a viewer or a server on this machine alone, and a process that streams to it.
+"""Watching a run while it steps: a viewer or a server on this machine only, and a process that streams to it.
 
-Viewer and server are processes of Rerun's own program, which listens where it is told to; the stream comes from a
-process of ours that can be ended at any moment, because the file is written by another one.
+Viewer and server are processes of Rerun's own program. The process that streams can be ended at any moment, because
+another process writes the file.
 """
 
 from __future__ import annotations
@@ -34,43 +34,68 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0
-"""[s] a viewer is waited for before the run begins; once it runs, nothing waits for it"""
+"""[s] in which a viewer must start before the run begins; the running simulation does not wait for it"""
 _FOLLOWS_WITHIN: Final = 1.5
-"""[s] after the last tick in which a viewer may take what is left"""
+"""[s] after the last tick in which the viewer must have taken the whole run"""
 _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """How a person wants to watch: in the viewer, in a browser, in neither, or in a viewer that is already there."""
+    """How a run is watched; with neither a viewer nor the browser there is only a server."""
 
     viewer: bool = True
+    """Whether to open a window"""
     web: bool = False
+    """Whether to open the browser instead"""
     url: str | None = None
+    """The address of a viewer that is already running, to use instead"""
 
     def check(self) -> None:
-        """Raises `RequestError` for a URL that is none."""
-        found = None if self.url is None else _URL.fullmatch(self.url)
-        if self.url is not None and (found is None or not 0 < int(found["port"] or PORT) < 2**16):
+        """Check the address.
+
+        Raises:
+            RequestError: It is not the address of a viewer.
+        """
+        parts = None if self.url is None else _URL.fullmatch(self.url)
+        if self.url is not None and (parts is None or not 0 < int(parts["port"] or PORT) < 2**16):
             remedy = "A viewer says it when it starts."
             raise refuse(f"--connect {self.url}", "no address of a viewer", f"rerun+http://HOST:{PORT}/proxy", remedy)
 
 
 def live_options(*, live: bool, viewer: bool, web: bool, url: str | None) -> LiveOptions | None:
-    """What the options of the command ask for; None without `live`. Raises `RequestError`."""
+    """How a run is watched, from the options of the command.
+
+    Args:
+        live: Whether to watch the run at all.
+        viewer: Whether a window may open.
+        web: Whether to use the browser.
+        url: The address of a viewer that is already running.
+
+    Returns:
+        The options; None without `live`.
+
+    Raises:
+        RequestError: Options exclude each other or need `live`, or the address is not that of a viewer.
+    """
     if not live:
-        options = {"--no-viewer": not viewer, "--web": web, "--connect": url is not None}
-        raise_if_any(Problem(name, "no --live", "with --live only") for name, given in options.items() if given)
+        given = {"--no-viewer": not viewer, "--web": web, "--connect": url is not None}
+        raise_if_any(Problem(name, "no --live", "with --live only") for name, is_given in given.items() if is_given)
         return None
     if url is not None and (web or not viewer):
         raise refuse("--connect", "--web or --no-viewer too", "one of them")
-    made = LiveOptions(viewer, web, url)
-    made.check()
-    return made
+    options = LiveOptions(viewer, web, url)
+    options.check()
+    return options
 
 
 class LiveStream:
-    """The stream of one run; use it in a `with` statement. Nothing that goes wrong with it reaches the run."""
+    """The stream of one run to a viewer; use it in a `with` statement. No failure of the stream affects the run.
+
+    Args:
+        options: How the run is watched.
+        tell: Called with each line for the person who watches.
+    """
 
     def __init__(self, options: LiveOptions, tell: Callable[[str], None]) -> None:
         self._options, self._tell = options, tell
@@ -92,7 +117,7 @@ class LiveStream:
     ) -> None:
         self._process.__exit__(kind, error, trace)
         if self._server is not None and not self._stays:
-            self._server.kill()  # it keeps nothing, and one that was stopped would not hear anything softer
+            self._server.kill()  # it has nothing to save, and a stopped process would not react to another signal
             self._server.wait()
 
     def _start(self) -> None:
@@ -119,7 +144,12 @@ class LiveStream:
             self._url = None
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
-        """Stream `simulation` from now on, until `end`."""
+        """Stream a simulation from now on, until `end`.
+
+        Args:
+            request: What to record; it goes to the viewer instead of the sink that it names.
+            simulation: The simulation.
+        """
         if self._url is not None:
             self._process.begin(replace(request, sink=self._url), simulation)
 
@@ -129,17 +159,25 @@ class LiveStream:
             self._process.wait_until_open()
 
     def end(self, about: Mapping[str, str]) -> None:
-        """There will be no more rows; comes back at once."""
+        """Tell the stream that there are no more rows; returns at once.
+
+        Args:
+            about: The run's provenance as it is known at the end.
+        """
         self._deadline = time.monotonic() + _FOLLOWS_WITHIN
         self._process.end(about)
 
     def wait(self) -> str:
-        """Let the viewer take what is left, but not for long; what it did not get, in a line, or nothing."""
+        """Wait until the viewer has taken the whole run, but not for long.
+
+        Returns:
+            A line that says that it has not; empty if it has.
+        """
         problem = self._process.wait(max(0.0, self._deadline - time.monotonic()))
         return "the viewer did not take the whole run in time; the recording has it" if problem else ""
 
     def stay(self) -> None:
-        """Keep a page in the browser up until Ctrl-C; it has no process of its own that a person could close."""
+        """Keep serving the page in the browser until Ctrl-C, because it has no window that a person could close."""
         if self._options.web and self._server is not None and self._server.poll() is None:
             self._tell("the page stays until Ctrl-C")
             with suppress(KeyboardInterrupt):

@@ -1,6 +1,6 @@
-"""Pictures of a recording as the real viewer shows it, without a screen.
+"""Pictures of a recording as the real viewer shows it, taken without a screen.
 
-Needs a Vulkan driver, also one in software (Debian: mesa-vulkan-drivers, libvulkan1).
+This needs a Vulkan driver, for which a software driver is sufficient (Debian: mesa-vulkan-drivers, libvulkan1).
 """
 
 from __future__ import annotations
@@ -11,23 +11,33 @@ import tempfile
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from components.interfaces.problem import refuse
 from orchestrator.viewing.rerun_program import address, free_port, serve
 
-_ENDS_WITHIN, _GREETS = 10.0, 6.0
-"""[s]"""
-
-
-PICTURE = "a file .png in a folder that exists"
+PICTURE: Final = "a file .png in a folder that exists"
+"""What a request for a picture may name, as messages put it"""
+_ENDS_WITHIN: Final = 10.0
+"""[s] in which the viewer must end when it is asked to, before it is killed"""
+_NOTICE: Final = 6.0
+"""[s] until the viewer has removed the notice that it opens with"""
 
 
 def photograph(recording: Path, times: Sequence[float | None], *, settle: float = 0.0) -> list[bytes]:
-    """One PNG for each of the `times` [s] on the timeline `sim_time`; None is where the viewer opens.
+    """Take pictures of a recording.
 
-    The viewer greets with a notice in its upper right corner, which goes after a few seconds: `settle` [s].
+    Args:
+        recording: The file.
+        times: Times [s] on the timeline `sim_time`; None is where the viewer opens.
+        settle: Pause [s] before the first picture; the viewer opens with a notice in its upper right corner, which it
+            removes after a few seconds.
 
-    Raises `RequestError` where there is no viewer or no graphics driver, and for a recording without anything to show.
+    Returns:
+        The content of one PNG file for each of the `times`.
+
+    Raises:
+        RequestError: There is no viewer or no graphics driver, or the recording has nothing to show.
     """
     from orchestrator.recording.viewer_client import screenshots  # noqa: PLC0415 - Rerun is slow to import
 
@@ -44,9 +54,21 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
 
 
 def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> list[Path]:
-    """Write `picture`, or one file per time with the time in its name. Raises `RequestError`."""
+    """Write pictures of a recording.
+
+    Args:
+        recording: The file.
+        picture: The PNG file; of several pictures each has its time in its name.
+        times: Times [s] on the timeline `sim_time`; one picture where the viewer opens if there are none.
+
+    Returns:
+        The files that were written.
+
+    Raises:
+        RequestError: No picture can be taken, or a file cannot be written.
+    """
     names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
-    for path, content in zip(names, photograph(recording, list(times) or [None], settle=_GREETS), strict=True):
+    for path, content in zip(names, photograph(recording, list(times) or [None], settle=_NOTICE), strict=True):
         try:
             path.write_bytes(content)
         except OSError as error:
@@ -57,10 +79,14 @@ def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> li
 
 @contextmanager
 def headless_viewer() -> Generator[str]:
-    """The viewer without a window, on this machine only; the URL to talk to it."""
+    """Run the viewer without a window, on this machine only.
+
+    Yields:
+        The URL at which it listens.
+    """
     port = free_port(0)
     with tempfile.TemporaryDirectory(prefix="macrostep_viewer_", ignore_cleanup_errors=True) as scratch:
-        # it leaves its files behind when it is ended
+        # The viewer does not remove its temporary files when it is terminated; they stay in a folder of their own.
         how = ["--headless", "--hide-welcome-screen"]
         process = serve(port, how, environment={**os.environ, "TMPDIR": scratch})
         try:

@@ -1,4 +1,4 @@
-"""What can be had of a run whatever is missing or damaged: a recording that opens, and its rows."""
+"""A recording that opens, and the rows, of a run whose files may be missing or damaged."""
 
 from __future__ import annotations
 
@@ -8,14 +8,23 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import RequestError, refuse
-from orchestrator.results.run_folder import SIGNALS, VALID, KeptRun
+from orchestrator.results.run_folder import SIGNALS, VALID_RUN, KeptRun
 from orchestrator.viewing.rerun_program import executable
 
 
 def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Path:
-    """A recording of `run` that a viewer can open: its own, a repaired copy, or one made anew from its rows.
+    """A recording of a run that a viewer can open: its own, one made anew from its rows, or a repaired copy.
 
-    Copies are written into `scratch`, and `tell` is told in one line. Raises `RequestError`.
+    Args:
+        run: The run.
+        scratch: A folder for a recording that is not its own.
+        tell: Called with a line that says where such a recording comes from.
+
+    Returns:
+        The file.
+
+    Raises:
+        RequestError: Neither the recording nor the rows can be read.
     """
     if run.recording is not None and _is_whole(run.recording):
         return run.recording
@@ -25,7 +34,7 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
 
         try:
             rebuild(run, rows(run, scratch, tell), copy)
-        except RequestError:  # killed while it wrote them
+        except RequestError:  # the rows are damaged; the recording may still be read in part
             if run.recording is None:
                 raise
         else:
@@ -37,26 +46,34 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
         if copy.is_file() and _is_whole(copy):
             tell(f"{run.where}: the recording was cut short or is damaged; opening a repaired copy of what can be read")
             return copy
-    raise refuse(run.where, "a recording that cannot be read", VALID, "Run it again.")
+    raise refuse(run.where, "a recording that cannot be read", VALID_RUN, "Run it again.")
 
 
 def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[str, Any]:
-    """All rows of a run by column, from `signals.parquet`, or from its recording where that is missing.
+    """All rows of a run, from `signals.parquet`, or from its recording where that file is missing.
 
-    Where a signal was not recorded at a tick its number is NaN.
+    Args:
+        run: The run.
+        scratch: A folder for a recording that is not its own.
+        tell: Called with a line that says where such a recording comes from.
 
-    Raises `RequestError`.
+    Returns:
+        The values of each column, `(n,)`; NaN where a signal was not recorded at a tick.
+
+    Raises:
+        RequestError: The file cannot be read.
     """
     if run.has_rows and run.folder is not None:
         return _from_parquet(run.folder / SIGNALS)
-    import numpy as np  # noqa: PLC0415
+    import numpy as np  # noqa: PLC0415 - only a run without rows needs them
 
-    from orchestrator.recording.series_reader import read_series  # noqa: PLC0415 - Rerun is slow to import
+    from orchestrator.pictures.signals import signals  # noqa: PLC0415
+    from orchestrator.recording.series_reader import read_series  # noqa: PLC0415
 
     series = read_series(whole_recording(run, scratch, tell))
-    ticks = np.unique(np.concatenate([found for found, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))
+    ticks = np.unique(np.concatenate([own for own, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))
     columns: dict[str, Any] = {"time": ticks * run.scenario.h}
-    for signal in run.signals:
+    for signal in signals(run.scenario.system):
         if signal.entity in series:
             own, values = series[signal.entity]
             whole = np.full((len(ticks), values.shape[1]), np.nan)
@@ -77,9 +94,11 @@ def _from_parquet(path: Path) -> Mapping[str, Any]:
 
 
 def _is_whole(recording: Path) -> bool:
+    # The text of the tool is read because its exit code is 0 even for a file without any messages.
     return _rerun("rrd", "verify", str(recording)).startswith("1 file verified without error")
 
 
 def _rerun(*arguments: str) -> str:
+    """What Rerun's own program prints."""
     done = subprocess.run([executable(), *arguments], capture_output=True, text=True, check=False)  # noqa: S603
     return done.stdout + done.stderr

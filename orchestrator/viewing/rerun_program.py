@@ -1,4 +1,4 @@
-"""Rerun's own program: the viewer and its servers, started on this machine alone."""
+"""Rerun's own program: the viewer and its servers, which listen on this machine only."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ from components.interfaces.problem import refuse
 
 LOOPBACK: Final = "127.0.0.1"
 PORT: Final = 9876
-"""The port that viewers look at when they are not told another"""
+"""The port that viewers use unless they are given another one"""
 _ANSWERS_WITHIN: Final = 2.0
-"""[s] for a viewer that is already there"""
+"""[s] in which a viewer that is already running must accept a connection"""
 
 
 def executable() -> str:
-    """The viewer's own program; its Python wrapper would stay between us and the viewer."""
+    """The path of Rerun's program itself; its Python wrapper would be a process between this one and the viewer.
+
+    Raises:
+        RequestError: The package has no such program.
+    """
     spec = find_spec("rerun_cli")
     places = list(spec.submodule_search_locations or ()) if spec else []
     for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe"):
@@ -38,9 +42,22 @@ def executable() -> str:
 def serve(
     port: int, how: list[str], *, stays: bool = False, environment: Mapping[str, str] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start Rerun's program with a server on `port` of this machine alone; only one that `stays` may outlive us."""
+    """Start Rerun's program with a server that listens on this machine only.
+
+    Args:
+        port: Where it listens.
+        how: Further options of the program.
+        stays: Whether it may outlive this process.
+        environment: Its environment variables; those of this process if not given.
+
+    Returns:
+        The process.
+
+    Raises:
+        RequestError: There is no such program.
+    """
     command = [executable(), "--bind", LOOPBACK, "--port", str(port), *how]
-    # a session of its own: Ctrl-C in the terminal is for the run, and a window stays open after it
+    # It has a session of its own, because Ctrl-C in the terminal ends the run, and a window stays open after that.
     return subprocess.Popen(  # noqa: S603 - the program that rerun-sdk brings
         command,
         stdout=subprocess.DEVNULL,
@@ -52,12 +69,21 @@ def serve(
 
 
 def address(port: int) -> str:
-    """Where a server on `port` of this machine takes streams."""
+    """The URL at which a server on a port of this machine takes streams."""
     return f"rerun+http://{LOOPBACK}:{port}/proxy"
 
 
 def listens(port: int, within: float, server: subprocess.Popen[bytes]) -> bool:
-    """Wait until somebody listens on `port`; no longer than the server runs."""
+    """Wait until a server listens.
+
+    Args:
+        port: Where it will listen.
+        within: Longest time to wait [s].
+        server: Its process; there is nothing to wait for when it has ended.
+
+    Returns:
+        Whether it listens.
+    """
     deadline = time.monotonic() + within
     while time.monotonic() < deadline and server.poll() is None:
         with socket.socket() as probe:
@@ -69,7 +95,7 @@ def listens(port: int, within: float, server: subprocess.Popen[bytes]) -> bool:
 
 
 def answers(url: str) -> bool:
-    """Whether somebody listens at a URL."""
+    """Whether a viewer listens at a URL."""
     parts = urlsplit(url)
     try:
         with socket.create_connection((parts.hostname or "", parts.port or PORT), _ANSWERS_WITHIN):
@@ -79,7 +105,14 @@ def answers(url: str) -> bool:
 
 
 def free_port(wanted: int) -> int:
-    """`wanted` if nobody listens there, else some port that is free."""
+    """A free port of this machine.
+
+    Args:
+        wanted: The port to prefer.
+
+    Raises:
+        RequestError: No port is free.
+    """
     for port in (wanted, 0):
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -92,7 +125,7 @@ def free_port(wanted: int) -> int:
 
 
 def has_display() -> bool:
-    """Whether a window can open here."""
+    """Whether this machine has a display on which a window can open."""
     if sys.platform.startswith("linux"):
         return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     return True
@@ -104,7 +137,7 @@ def web_address(port: int, url: str) -> str:
 
 
 def end_with_parent() -> Callable[[], object] | None:
-    """What a child process does first so that it ends when the one that started it dies; None where there is no way."""
+    """What a child process must do first so that it ends when its parent dies; None where no system call does it."""
     if not sys.platform.startswith("linux"):
         return None
     prctl = ctypes.CDLL(None).prctl

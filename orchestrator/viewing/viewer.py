@@ -1,4 +1,4 @@
-"""Opening runs in the Rerun viewer that comes with rerun-sdk; its server listens on this machine only."""
+"""Opens runs in the Rerun viewer that comes with rerun-sdk; its server listens on this machine only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from math import isfinite
 from pathlib import Path
+from typing import Final
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.results import run_folder
@@ -15,6 +16,10 @@ from orchestrator.results.run_folder import KeptRun
 from orchestrator.viewing import repair
 from orchestrator.viewing.photograph import PICTURE, write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
+
+_PAGE: Final = re.compile(r"http://[\w.:]+/?\?url=\S+")
+"""The address of the page in the browser, which the viewer prints"""
+_REMEDY: Final = "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"
 
 
 def show(  # noqa: PLR0913 - one parameter per option of the command
@@ -26,9 +31,18 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     picture: Path | None = None,
     times: Sequence[float] = (),
 ) -> None:
-    """Open one run, or several in one picture, and come back when the viewer is closed.
+    """Open one run, or several in the same views, and come back when the viewer is closed.
 
-    With `picture` write PNG files of it instead, at the `times` [s] of the run. Raises `RequestError`.
+    Args:
+        requests: Run folders or recordings.
+        differences: Of several runs, the signal elements whose differences from the first are shown.
+        tell: Called with each line for the person who waits.
+        web: Whether to open a browser instead of a window.
+        picture: A PNG file that is written instead of opening the viewer.
+        times: Times [s] of the run at which pictures are taken; one file for each.
+
+    Raises:
+        RequestError: A request cannot be met; all that is wrong with the requests is told at once.
     """
     runs = _found(requests, differences)
     if times and picture is None:
@@ -46,8 +60,8 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
         if picture is None:
             open_viewer(path, tell, web=web)
             return
-        for made in write_pictures(path, picture, times):
-            tell(str(made))
+        for written in write_pictures(path, picture, times):
+            tell(str(written))
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
@@ -67,7 +81,17 @@ def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun
 
 
 def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path, tell: Callable[[str], None]) -> Path:
-    """The file to open: a run's own recording where it is whole, else one in `scratch`. Raises `RequestError`."""
+    """The file to open.
+
+    Args:
+        runs: One run, whose own recording is opened where it is whole, or several to compare.
+        differences: Of several runs, the signal elements whose differences from the first are shown.
+        scratch: A folder for a recording that is not a run's own.
+        tell: Called with a line that says where such a recording comes from.
+
+    Raises:
+        RequestError: A run cannot be read, or a signal was not recorded.
+    """
     if len(runs) == 1:
         return repair.whole_recording(runs[0], scratch, tell)
     from orchestrator.viewing.comparison import compare  # noqa: PLC0415 - Rerun is slow to import
@@ -79,21 +103,30 @@ def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path
 
 
 def arguments(path: Path, *, web: bool) -> list[str]:
-    """The options the viewer's program is started with."""
+    """The options that the viewer's program is started with, to open a file in a window or (`web`) in the browser."""
     chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
     return ["--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
 
 
 def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
-    """Open a recording in the viewer, or (`web`) in the browser, until it is closed. Raises `RequestError`."""
-    said: list[str] = []
-    # a server without a window would be there for ever after its end was missed
+    """Open a recording and wait until the viewer is closed.
+
+    Args:
+        path: The recording.
+        tell: Called with the address of the page in the browser.
+        web: Whether to open a browser instead of a window.
+
+    Raises:
+        RequestError: The viewer ends with an error.
+    """
+    lines: list[str] = []
+    # A server without a window would run for ever if this process was killed without stopping it.
     prepared = end_with_parent() if web else None
     command = [executable(), *arguments(path, web=web)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=prepared) as process:  # noqa: S603, PLW1509 - our own program; one call into libc
         try:
             for line in process.stderr or ():
-                said.append(line.strip())
+                lines.append(line.strip())
                 if web and (page := _PAGE.search(line)):
                     tell(f"in the browser at {page[0]}, until Ctrl-C")
             code = process.wait()
@@ -101,10 +134,6 @@ def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
             process.terminate()
             return
     if code != 0:
-        reason = next((line.removeprefix("Error: ") for line in reversed(said) if line.startswith("Error")), "")
+        reason = next((line.removeprefix("Error: ") for line in reversed(lines) if line.startswith("Error")), "")
         found = f"exit code {code}" + (f" ({reason})" if reason else "")
         raise refuse("Rerun viewer", found, "a machine with a display and a graphics driver", _REMEDY)
-
-
-_PAGE = re.compile(r"http://[\w.:]+/?\?url=\S+")
-_REMEDY = "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"

@@ -13,8 +13,8 @@ import pytest
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Recording
-from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
+from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -60,7 +60,7 @@ def test_a_simulated_minute_to_parquet_and_rerun(benchmark, dynamic, minute, tmp
 @pytest.mark.parametrize("beside", ["nothing", "recording"])
 def test_stepping_while_a_process_records(benchmark, dynamic, tmp_path, beside):
     """The stepping thread alone: a simulated minute with and without a process that takes every row."""
-    summary.write_system(dynamic, tmp_path)
+    write_system(dynamic, tmp_path)
     with RecordingProcess() as process, Simulation(dynamic.system, h=0.1, until=600.0) as simulation:
         if beside == "recording":
             process.begin(RecordingRequest(tmp_path, tmp_path / "x.rrd", simulation.log.elements, {}), simulation)
@@ -79,7 +79,7 @@ def test_stepping_while_a_process_records(benchmark, dynamic, tmp_path, beside):
 @pytest.mark.parametrize("beside", ["nothing", "live"])
 def test_a_step_in_real_time(benchmark, dynamic, tmp_path, beside):
     """From the moment a tick is due to its complete row, at 10 ticks per second, with a recording and a live stream."""
-    summary.write_system(dynamic, tmp_path)
+    write_system(dynamic, tmp_path)
     late = []
     with (
         LiveStream(LiveOptions(viewer=False), lambda _: None) as stream,

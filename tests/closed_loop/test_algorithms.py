@@ -10,8 +10,7 @@ from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
-
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
+from orchestrator.system.shown import shown
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +21,7 @@ def runs(built_fmus):
         made = prepare("static", Options(mode=mode))
         for algorithm in ("jacobi", "clocked", *(["sequential"] if mode == "blocks" else [])):
             found[algorithm, mode] = simulate(made.system, h=made.h, until=made.until, algorithm=algorithm)
-    return made.scene, found
+    return made, found
 
 
 @pytest.mark.parametrize("mode", ["blocks", *Version])
@@ -50,8 +49,9 @@ def test_jacobi_hands_the_actuation_over_one_step_late(runs):
 
 
 def test_one_step_of_delay_costs_friction_and_room(runs):
-    scene, found = runs
-    direct, late = (compute(found[a, "blocks"], ROLES, scene) for a in ("sequential", "jacobi"))
+    made, found = runs
+    buses = shown(made.system)
+    direct, late = (compute(found[a, "blocks"], buses, made.scene) for a in ("sequential", "jacobi"))
     assert verdicts(late)["no_contact"]
     assert late["mu_f_max"] > direct["mu_f_max"]
     assert late["gap_edge"] < direct["gap_edge"]

@@ -10,15 +10,15 @@ from orchestrator.results.metrics import compute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
+from orchestrator.system.shown import shown
 
 NAMES = ["static-lqr", "static-stanley", "static-pure-pursuit", "static-two-level-mp"]
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 
 
 def run(name, *settings, mode="blocks", **replacements):
     made = prepare(name, Options(mode=mode, settings=settings, replacements=replacements))
     frame = simulate(made.system, h=made.h, until=made.until)
-    return frame, compute(frame, ROLES, made.scene)
+    return frame, compute(frame, shown(made.system), made.scene)
 
 
 # name, settings, and of the prototype: path error rms and largest [m], total variation of r [rad/s], rms r_dot [rad/s2]

@@ -18,8 +18,8 @@ from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
+from orchestrator.system.shown import shown
 
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
 OURS = [
@@ -66,7 +66,7 @@ def drive(plant: str, mode="blocks", **options):
 
 def without_contact(made, frame) -> dict[str, float]:
     """The metrics of a run that drives the lane change and touches nothing."""
-    found = compute(frame, ROLES, made.scene)
+    found = compute(frame, shown(made.system), made.scene)
     assert verdicts(found)["no_contact"]
     assert frame["plant.state.x"].iloc[-1] > 110
     assert frame["plant.state.y"].max() > 3

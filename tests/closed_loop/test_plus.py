@@ -10,15 +10,14 @@ from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
-
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
+from orchestrator.system.shown import shown
 
 
 def run(scenario, controller, plant, **options):
     replacements = {"controller": controller, "plant": plant}
     made = prepare(scenario, Options(replacements=replacements, **options))
     frame = simulate(made.system, h=made.h, until=made.until)
-    return frame, compute(frame, ROLES, made.scene)
+    return frame, compute(frame, shown(made.system), made.scene)
 
 
 @pytest.mark.parametrize("plant", ["bicycle", "bicycle_saturated"])

@@ -12,8 +12,8 @@ from orchestrator.results.metrics import compute, verdicts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
+from orchestrator.system.shown import shown
 
-ROLES = {"plant": "plant", "traffic": "traffic", "controller": "controller"}
 WAYS = ["blocks", Version.FMI2, Version.FMI3]
 
 
@@ -53,7 +53,7 @@ def test_blocks_and_fmus_can_be_mixed_freely(static, built_fmus):
 @pytest.mark.parametrize("name", ["static", "static-literal"])
 def test_the_run_ends_without_touching_an_obstacle_or_an_edge(name):
     made, frame = run(name, mode="blocks")
-    found = compute(frame, ROLES, made.scene)
+    found = compute(frame, shown(made.system), made.scene)
     judged = verdicts(found)
     assert judged["no_contact"]
     assert judged["inside_road"]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from orchestrator.recording.stream import RerunStream
-from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
+from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -55,7 +55,7 @@ def kept_run():
             simulation.run()
             frame = simulation.frame()
         folder.mkdir(parents=True)
-        summary.write_system(scenario, folder)
+        write_system(scenario, folder)
         write_signals(frame, scenario, folder / "signals.parquet")
         stream = RerunStream(
             folder / "recording.rrd", scenario.system, scenario.scene, name=folder.name, h=scenario.h, about={}

@@ -17,20 +17,21 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from components.interfaces.buses import VehicleState
 from orchestrator.pictures import drawing
-from orchestrator.pictures.figures import (
-    _DPI,
-    _MOST_STRETCHES,
-    _STILL,
-    _STRETCH,
-    _WIDTH,
-    _finished,
-    _road,
-    _sheet,
-    _traffic,
-    _vehicle,
+from orchestrator.pictures.figure_parts import (
+    DPI,
+    MOST_STRETCHES,
+    STILL,
+    STRETCH,
+    WIDTH,
+    finished,
+    road,
+    sheet,
+    traffic,
+    vehicle,
 )
-from orchestrator.pictures.signals import Cast, SignalColumns, cast, signals
+from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns, signals
 from orchestrator.reproduction.paper import matched
 from orchestrator.reproduction.paper.evidence import Evidence, Result
 from orchestrator.reproduction.paper.experiments import FigureKind, ReportFigure
@@ -38,6 +39,7 @@ from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import BusPaths, shown, signal_path
 
 _LINE_STYLES: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
@@ -63,7 +65,7 @@ class Track:
 
     label: str
     columns: SignalColumns
-    who: Cast
+    buses: BusPaths
     scene: Scene
 
     @classmethod
@@ -74,22 +76,22 @@ class Track:
         if made.scene is None or frame.empty:
             return None
         columns = SignalColumns(frame, signals(made.system))
-        return cls(outcome.run.label, columns, cast(made.system), made.scene)
+        return cls(outcome.run.label, columns, shown(made.system), made.scene)
 
     @property
     def x(self) -> Any:
         """Position along the road [m], `(n,)`."""
-        return self.columns.of(f"{self.who.plant}.state.x")
+        return self.columns.of(signal_path(self.buses, VehicleState, "x"))
 
     @property
     def y(self) -> Any:
         """Position across the road [m], `(n,)`."""
-        return self.columns.of(f"{self.who.plant}.state.y")
+        return self.columns.of(signal_path(self.buses, VehicleState, "y"))
 
     @property
     def r(self) -> Any:
         """Yaw rate [rad/s], `(n,)`."""
-        return self.columns.of(f"{self.who.plant}.state.r")
+        return self.columns.of(signal_path(self.buses, VehicleState, "r"))
 
 
 def draw(planned: ReportFigure, outcomes: Mapping[str, Outcome], evidence: Evidence, path: Path) -> bool:
@@ -112,7 +114,7 @@ def draw(planned: ReportFigure, outcomes: Mapping[str, Outcome], evidence: Evide
     if figure is None:
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    figure.savefig(path, dpi=DPI)
     return True
 
 
@@ -131,17 +133,17 @@ def _trajectories(tracks: Sequence[Track]) -> Figure | None:
         return None
     first = tracks[0]
     low, high = _extent(tracks)
-    rows = int(np.clip(np.ceil((high - low) / _STRETCH), 1, _MOST_STRETCHES))
+    rows = int(np.clip(np.ceil((high - low) / STRETCH), 1, MOST_STRETCHES))
     bottom, top = first.scene.y_right - 1, first.scene.y_left + 1
     span = (high - low) / rows
-    figure, panels = _sheet(rows * (_WIDTH * 0.9 * (top - bottom) / span + 0.35) + 1.0, rows, gap=0.3)
-    state = first.columns.bus(first.who.plant, "state", "x", "y", "psi")
+    figure, panels = sheet(rows * (WIDTH * 0.9 * (top - bottom) / span + 0.35) + 1.0, rows, gap=0.3)
+    state = first.columns.bus(first.buses, *POSE_SIGNALS)
     for i, axes in enumerate(panels):
         stretch = (low + i * span, low + (i + 1) * span)
-        _road(axes, first.scene, *stretch)
-        _traffic(axes, first.columns, first.who, first.scene)
+        road(axes, first.scene, *stretch)
+        traffic(axes, first.columns, first.buses, first.scene)
         if state is not None:
-            _vehicle(axes, first.columns, state, first.scene)
+            vehicle(axes, first.columns, state, first.scene)
         _desired(axes, first)
         for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
             axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
@@ -156,7 +158,7 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
     """The least and the largest x [m] at which a vehicle is to be seen."""
     reach = tracks[0].scene.ego_length
     places = [values for track in tracks for values in (track.x.min(), track.x.max())]
-    found = drawing.obstacles(tracks[0].columns, tracks[0].who)
+    found = drawing.obstacles(tracks[0].columns, tracks[0].buses)
     if found is not None and len(found[0].x):
         places += [found[0].x.min(), found[0].x.max()]
     return float(min(places)) - reach, float(max(places)) + reach
@@ -164,10 +166,10 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
 
 def _desired(axes: Any, track: Track) -> None:
     """The path at the first instant at which its waypoints are not all in one lane."""
-    path = track.columns.bus(track.who.controller, "path", "x", "y")
+    path = track.columns.bus(track.buses, *PATH_SIGNALS)
     if path is None:
         return
-    row = int(np.argmax(path[1].max(axis=1) - path[1].min(axis=1) > _STILL))
+    row = int(np.argmax(path[1].max(axis=1) - path[1].min(axis=1) > STILL))
     line = path_lines(path[0][row : row + 1], path[1][row : row + 1])[0]
     axes.plot(*line.T, color="0.35", linewidth=1, linestyle="--", label=f"desired path ({track.label})", zorder=3)
 
@@ -176,20 +178,20 @@ def _yaw_rates(tracks: Sequence[Track]) -> Figure | None:
     """The yaw rates of several controllers over time."""
     if not tracks:
         return None
-    figure, panels = _sheet(2.9, 1)
+    figure, panels = sheet(2.9, 1)
     for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
         time = track.columns.time
         panels[0].plot(time, track.r, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
     panels[0].set_ylabel("yaw rate r [rad/s]", fontsize=9)
     _legend(figure, panels[0])
-    return _finished(figure, panels)
+    return finished(figure, panels)
 
 
 def _distances(tracks: Sequence[Track]) -> Figure | None:
     """The distance of several trajectories from the first one at the same instant, on a logarithmic axis."""
     if len(tracks) < 2:  # noqa: PLR2004 - nothing to compare
         return None
-    figure, panels = _sheet(2.6, 1)
+    figure, panels = sheet(2.6, 1)
     first = tracks[0]
     for track, (colour, dashes, _) in list(zip(tracks, line_styles([t.label for t in tracks]), strict=True))[1:]:
         k = min(len(first.x), len(track.x))
@@ -198,7 +200,7 @@ def _distances(tracks: Sequence[Track]) -> Figure | None:
         panels[0].semilogy(time, shown, color=colour, linestyle=dashes, linewidth=1.3, label=track.label)
     panels[0].set_ylabel("distance [m]", fontsize=9)
     _legend(figure, panels[0])
-    return _finished(figure, panels)
+    return finished(figure, panels)
 
 
 def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
@@ -206,7 +208,7 @@ def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
     curves = evidence.curves_for(single[0]) if single else []
     if not curves:
         return None
-    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, name, title in zip(panels, matched.SMOOTHNESS, _SMOOTHNESS_TITLES, strict=True):
         for curve, (colour, _, marker) in zip(curves, line_styles([c.label for c in curves]), strict=True):

@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from orchestrator.pictures.figures import _DPI, _WIDTH
 from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.report.result_figures import line_styles
 from orchestrator.reproduction.varied.varied_set import VariedSet
+from orchestrator.pictures.figure_parts import DPI, WIDTH
 
 _PANELS: Final = (
     ("gap_edge", "gap to edge [m]", (-1.5, 1.0)),
@@ -27,7 +27,7 @@ _PANELS: Final = (
 def draw_varied(varied: VariedSet, path: Path) -> None:
     """Draw the distributions of the controllers, without those that are points of a curve of gains only."""
     shown = [c for c in varied.plan.controllers if c.role is not RunRole.SWEEP]
-    figure = Figure(figsize=(_WIDTH, 5.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (metric, title, limits) in zip(panels, _PANELS, strict=True):
         for controller, (colour, dashes, _) in zip(shown, line_styles([c.label for c in shown]), strict=True):
@@ -51,4 +51,4 @@ def draw_varied(varied: VariedSet, path: Path) -> None:
     handles, texts = panels[0].get_legend_handles_labels()
     figure.legend(handles, texts, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI)
+    figure.savefig(path, dpi=DPI)

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
-from typing import Final
 
 import pandas as pd
 
@@ -31,10 +30,9 @@ from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
+from orchestrator.system.shown import shown
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
-
-_ROLES: Final = {name: name for name in SOCKETS}
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,8 @@ def run_case(case: VariedCase, plan: VariedPlan) -> CaseResults:
         if case.task not in controller.tasks:
             continue
         frame, scene, fault = simulate(case, controller, plan.plant)
-        measured = {**metrics.compute(frame, _ROLES, scene), **more_metrics(frame)} if len(frame) else {}
+        buses = shown(_prepared(case.task, controller.controller, plan.plant).system)
+        measured = {**metrics.compute(frame, buses, scene), **more_metrics(frame)} if len(frame) else {}
         results[controller.name] = Result(
             name=controller.name,
             task=case.task,

@@ -6,14 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from components import BLOCKS
-from orchestrator.pictures import drawing, plots
+from orchestrator.pictures import drawing
 from orchestrator.pictures.drawing import Boxes
-from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
+from orchestrator.pictures.signals import SignalColumns, signals
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.system.source import block_source
-from orchestrator.system.system import System
+from orchestrator.system.shown import shown
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +35,7 @@ def _traffic_rows(valid, x):
 def test_obstacles_of_invalid_slots_are_left_out(static):
     valid = [[True, False, True] + [False] * 5, [False] * 8, [False, True] + [False] * 6]
     columns = SignalColumns(_traffic_rows(valid, [10.0, 20.0, 30.0]), signals(static.system))
-    boxes, known = drawing.obstacles(columns, cast(static.system))
+    boxes, known = drawing.obstacles(columns, shown(static.system))
     assert boxes.count.tolist() == [2, 0, 1]
     assert boxes.id.tolist() == [1, 3, 2]
     assert boxes.x.tolist() == [10.0, 10.0, 30.0]
@@ -80,27 +78,3 @@ def test_lane_marks_stay_between_the_lanes(static):
     marks = drawing.lane_marks(static.scene, -40.0, 140.0)
     assert (marks[..., 1] == 1.75).all()
     assert -40 <= marks[..., 0].min() <= marks[..., 0].max() <= 140
-
-
-def test_known_limits_are_those_of_the_controllers_parameters(static):
-    found = {limit.label: limit.value for limit in plots.limits(static.system, signals(static.system))}
-    assert found["delta_max [rad]"] == -found["-delta_max [rad]"] > 0
-    assert (found["T_dmax [N.m]"], found["-T_bmax [N.m]"], found["limit [1]"]) == (200, -160, 1)
-
-
-def test_questions_without_an_answer_are_not_asked():
-    plain = System(units={"rest": block_source(BLOCKS["empty_road"]())}, wiring={}, held=_resting())
-    known = signals(plain)
-    assert plots.questions(plain, known) == {}
-    assert plots.limits(plain, known) == []
-    assert not drawing.has_errors(Recorded(plain), cast(plain))
-    assert [(plot.title, len(plot.signals)) for plot in plots.buses(known)] == [
-        ("rest.obstacles [1]", 2),
-        ("rest.obstacles [m]", 4),
-        ("rest.obstacles [rad]", 1),
-        ("rest.obstacles [m/s]", 1),
-    ]
-
-
-def _resting():
-    return {f"rest.ego.{name}": 0.0 for name in ("x", "y", "psi", "v_x", "v_y", "r")}

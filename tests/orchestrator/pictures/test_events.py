@@ -8,13 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator.pictures import drawing, events, plots
-from orchestrator.pictures.signals import SignalColumns, cast, signals
+from orchestrator.pictures.signals import SignalColumns, signals
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
+from orchestrator.system.shown import shown
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = cast(STATIC.system)
+BUSES = shown(STATIC.system)
 SIGNALS = signals(STATIC.system)
 
 
@@ -27,11 +28,11 @@ def frame():
 
 def _told(frame, batches=1):
     """(row of the run, level, text) of all events."""
-    log = events.EventLog(WHO, STATIC.scene, plots.limits(STATIC.system, SIGNALS))
+    log = events.EventLog(BUSES, STATIC.scene, plots.limits(STATIC.system, SIGNALS))
     found, first = [], 0
     for rows in np.array_split(np.arange(len(frame)), batches):
         columns = SignalColumns(frame.iloc[rows], SIGNALS)
-        boxes, _ = drawing.obstacles(columns, WHO)
+        boxes, _ = drawing.obstacles(columns, BUSES)
         found += [(first + event.row, event.level, event.text) for event in log.of(columns, boxes)]
         first += len(rows)
     return found
@@ -110,6 +111,6 @@ def test_a_plan_that_moves_is_told_once_per_second(frame):
 def test_without_a_path_there_is_no_manoeuvre():
     idle = prepare("idle", Options(mode="blocks"))
     columns = SignalColumns({"time": np.zeros(1)}, signals(idle.system))
-    assert events.phases(columns, cast(idle.system)) is None
-    log = events.EventLog(cast(idle.system), idle.scene, [])
+    assert events.phases(columns, shown(idle.system)) is None
+    log = events.EventLog(shown(idle.system), idle.scene, [])
     assert log.of(columns, None) == []

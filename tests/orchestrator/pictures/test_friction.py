@@ -11,13 +11,14 @@ from components import BLOCKS
 from components.interfaces.buses import Actuation, VehicleState
 from components.interfaces.sockets import PlantInputs
 from orchestrator.pictures import friction
-from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
+from orchestrator.pictures.signals import Recorded, SignalColumns, signals
 from orchestrator.scenario.catalogue import default_values
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
+from orchestrator.system.shown import shown
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = cast(STATIC.system)
+BUSES = shown(STATIC.system)
 VEHICLE = BLOCKS["bicycle"](**default_values(BLOCKS["bicycle"]))
 
 
@@ -32,9 +33,9 @@ def _columns(tyre, T_r):
 def test_shares_are_the_forces_over_the_limit(v_y, r, delta_f, T_r):
     state = VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=v_y, r=r)
     tyre = VEHICLE.output(state, PlantInputs(actuation=Actuation(delta_f=delta_f, T_r=T_r))).tyre
-    most = friction.loads(STATIC.system, WHO)
+    most = friction.plant_force_limits(STATIC.system, BUSES)
     assert most == pytest.approx([VEHICLE.mu * load for load in VEHICLE.loads()])
-    found = friction.shares(_columns(tyre, T_r), WHO, most)
+    found = friction.shares(_columns(tyre, T_r), BUSES, most)
     along = T_r / VEHICLE.R_w / most[1]
     expected = [[[0, tyre.F_cf / most[0]], [along, tyre.F_cr / most[1]]]]
     np.testing.assert_allclose(found, expected, atol=2e-3 * max(1, tyre.mu_r))
@@ -42,12 +43,12 @@ def test_shares_are_the_forces_over_the_limit(v_y, r, delta_f, T_r):
 
 
 def test_a_plant_without_known_loads_shows_its_whole_share_across():
-    assert friction.limits({"m": 1.0, "mu": 1.0}) is None
+    assert friction.force_limits({"m": 1.0, "mu": 1.0}) is None
     tyre = VEHICLE.output(
         VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=0.2, r=0.1),
         PlantInputs(actuation=Actuation(delta_f=0.1, T_r=50.0)),
     ).tyre
-    found = friction.shares(_columns(tyre, 50.0), WHO, None)
+    found = friction.shares(_columns(tyre, 50.0), BUSES, None)
     signs = np.sign([tyre.F_cf, tyre.F_cr])
     np.testing.assert_allclose(found, [[[0, signs[0] * tyre.mu_f], [0, signs[1] * tyre.mu_r]]], atol=1e-12)
 
@@ -56,15 +57,15 @@ def test_braking_shows_also_where_the_torque_is_not_recorded():
     rows = {"time": np.zeros(2)} | {f"plant.tyre.{n}": np.full(2, 0.5) for n in ("mu_f", "mu_r")}
     rows |= {f"plant.tyre.{n}": np.zeros(2) for n in ("F_cf", "F_cr", "alpha_f", "alpha_r")}
     rows |= {f"plant.motion.{n}": np.array([2.0, -2.0]) for n in ("a_x", "a_y", "r_dot")}
-    found = friction.shares(SignalColumns(rows, signals(STATIC.system)), WHO, None)
+    found = friction.shares(SignalColumns(rows, signals(STATIC.system)), BUSES, None)
     np.testing.assert_allclose(found[:, :, 0], [[0.5, 0.5], [-0.5, -0.5]])
 
 
 def test_without_a_tyre_bus_there_is_no_circle():
     columns = SignalColumns({"time": np.zeros(1)}, signals(STATIC.system))
-    assert friction.shares(columns, WHO, None) is None
-    assert list(friction.shapes(columns, WHO, None, "")) == []
+    assert friction.shares(columns, BUSES, None) is None
+    assert list(friction.shapes(columns, BUSES, None, "")) == []
     idle = prepare("idle", Options(mode="blocks"))
-    assert not friction.is_known(Recorded(idle.system), cast(idle.system))
-    assert friction.is_known(Recorded(STATIC.system), WHO)
-    assert not friction.is_known(Recorded(STATIC.system, [["plant.tyre.mu_f", "plant.tyre.mu_r"]]), WHO)
+    assert not friction.is_known(Recorded(idle.system), shown(idle.system))
+    assert friction.is_known(Recorded(STATIC.system), BUSES)
+    assert not friction.is_known(Recorded(STATIC.system, [["plant.tyre.mu_f", "plant.tyre.mu_r"]]), BUSES)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from orchestrator.pictures import pages
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import SimulationError
 
 SUMMARY = {
     "scenario": "static",
@@ -16,25 +15,6 @@ SUMMARY = {
     "verdicts": {"no_contact": True, "inside_road": False},
     "metrics": {"r_peak": 0.123456},
 }
-
-
-def test_a_summary_in_a_few_words():
-    assert pages.facts(SUMMARY) == {
-        "scenario": "static: A lane change",
-        "status": "finished",
-        "unit plant": "bicycle, FMI 3.0",
-        "macrostep": "0.1",
-    }
-    assert pages.facts({}) == {"status": "cut short: there is no summary.json"}
-
-
-def test_a_fault_is_told_as_the_command_tells_it():
-    fault = {"tick": 40, "time": 4.0, "unit": "plant", "reason": "the signal `plant.state.x` is nan"}
-    told = pages.facts({**SUMMARY, "status": "fault", "fault": fault})
-    assert told["fault"] == "unit `plant`: the signal `plant.state.x` is nan"
-    assert told["fault at"] == "tick 40 (t = 4 s)"
-    error = SimulationError(fault["tick"], fault["time"], fault["unit"], fault["reason"])
-    assert f"{told['fault at']}, {told['fault']}" == str(error)
 
 
 def test_runs_stand_side_by_side_with_the_parameters_that_differ():

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from orchestrator.pictures import drawing, shapes
-from orchestrator.pictures.signals import Recorded, SignalColumns, cast, signals
+from orchestrator.pictures.signals import Recorded, SignalColumns, signals
 from orchestrator.pictures.world import World, recorded_parts
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
+from orchestrator.system.shown import shown
 
 STATIC = prepare("static", Options(mode="blocks"))
-WHO = cast(STATIC.system)
+BUSES = shown(STATIC.system)
 
 
 def _columns(x):
@@ -25,7 +26,7 @@ def _columns(x):
 
 @pytest.fixture
 def world():
-    return World(WHO, STATIC.scene, "", None)
+    return World(BUSES, STATIC.scene, "", None)
 
 
 def test_the_road_is_drawn_anew_only_where_the_run_reaches_beyond_it(world):
@@ -49,7 +50,7 @@ def test_the_trail_is_coloured_by_error_alone_and_by_run_beside_others(world):
 
     error = np.array([0.0, 0.5])
     np.testing.assert_array_equal(colours(world, error), drawing.rgba(drawing.error_colours(error)))
-    other = World(WHO, STATIC.scene, "other", (1, 2, 3))
+    other = World(BUSES, STATIC.scene, "other", (1, 2, 3))
     assert colours(other, error) is None
     trail = next(s for s in other.styles({"ego"}) if s.entity == "/world/other/trail")
     assert trail.colour == (1, 2, 3)
@@ -58,13 +59,13 @@ def test_the_trail_is_coloured_by_error_alone_and_by_run_beside_others(world):
 def test_vehicles_have_names_and_can_be_seen_through_beside_others(world):
     cars = [style for style in world.styles({"ego"}) if isinstance(style, shapes.Car)]
     assert [(car.label, car.shared) for car in cars] == [("ego", False)] * 2
-    other = World(WHO, STATIC.scene, "other", (1, 2, 3))
+    other = World(BUSES, STATIC.scene, "other", (1, 2, 3))
     cars = [style for style in other.styles({"ego"}) if isinstance(style, shapes.Car)]
     assert [(car.label, car.shared, car.colour) for car in cars] == [("other", True, (1, 2, 3))] * 2
 
 
 def test_the_names_of_runs_stand_apart_from_above_and_from_behind():
-    worlds = [World(WHO, STATIC.scene, name, (1, 2, 3), i) for i, name in enumerate("abc")]
+    worlds = [World(BUSES, STATIC.scene, name, (1, 2, 3), i) for i, name in enumerate("abc")]
     cars = [[style for style in world.styles({"ego"}) if isinstance(style, shapes.Car)] for world in worlds]
     for i, axis in ((0, 1), (1, 2)):  # the footprint is seen from above, where y is up; the body from behind
         places = np.array([found[i].label_at for found in cars])
@@ -76,8 +77,8 @@ def test_the_names_of_runs_stand_apart_from_above_and_from_behind():
 def test_only_parts_that_are_recorded_are_drawn(world):
     assert list(world.styles(set())) == []
     recorded = Recorded(STATIC.system, [["plant.state.x", "plant.state.y", "plant.state.psi"]])
-    assert recorded_parts(recorded, WHO) == {"ego"}
-    assert recorded_parts(Recorded(STATIC.system), WHO) == {"ego", "obstacles", "path", "plan"}
+    assert recorded_parts(recorded, BUSES) == {"ego"}
+    assert recorded_parts(Recorded(STATIC.system), BUSES) == {"ego", "obstacles", "path", "plan"}
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +90,8 @@ def dynamic():
         frame = simulation.frame()
     for slot in range(1, 9):
         frame[f"traffic.obstacles.psi[{slot}]"] = 0.1 * slot
-    columns, who = SignalColumns(frame, signals(made.system)), cast(made.system)
-    drawn = World(who, made.scene, "", None).shapes(columns, None, drawing.obstacles(columns, who))
+    columns, buses = SignalColumns(frame, signals(made.system)), shown(made.system)
+    drawn = World(buses, made.scene, "", None).shapes(columns, None, drawing.obstacles(columns, buses))
     return frame, made.scene, {(shape.entity, type(shape)): shape for shape in drawn}
 
 

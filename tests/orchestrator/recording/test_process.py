@@ -18,7 +18,7 @@ from rerun.chunk import RrdReader
 from orchestrator.recording import worker
 from orchestrator.recording.messages import NewRows, RecordingRequest, send
 from orchestrator.recording.process import RecordingProcess
-from orchestrator.results import summary
+from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -33,7 +33,7 @@ def static():
 
 @pytest.fixture
 def simulation(static, tmp_path):
-    summary.write_system(static, tmp_path)
+    write_system(static, tmp_path)
     with Simulation(static.system, h=static.h, until=static.until) as made:
         yield made
 

@@ -10,8 +10,8 @@ from rerun.chunk import RrdReader
 
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.recording import LARGE, Afterwards, Recording, joined
-from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
+from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -87,7 +87,7 @@ def test_a_fast_run_is_written_once(static, tmp_path):
 
 
 def test_afterwards_all_rows_are_written_with_what_is_known_of_the_run(static, tmp_path):
-    summary.write_system(static, tmp_path)
+    write_system(static, tmp_path)
     simulation = stepped(static, 2.0)
     afterwards = Afterwards()
     afterwards.begin(request(simulation, tmp_path), simulation)

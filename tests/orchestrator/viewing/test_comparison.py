@@ -19,8 +19,8 @@ from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.recording.series_reader import read_series
 from orchestrator.results import run_folder as kept
-from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
+from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
@@ -83,7 +83,7 @@ def sparse(tmp_path_factory):
     """A run that records the plant's state at every tick, the plan at every fifth, and nothing else."""
     folder = tmp_path_factory.mktemp("sparse")
     scenario = prepare("static", Options(mode="blocks", record=["plant.state.*", "controller.plan.*:5"]))
-    summary.write_system(scenario, folder)
+    write_system(scenario, folder)
     with Simulation(scenario.system, h=scenario.h, until=1.2, record=scenario.record) as simulation:
         simulation.run()
         write_signals(simulation.columns(), scenario, folder / "signals.parquet")
