@@ -17,8 +17,6 @@ from fmus.toolchain.version import Version
 from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, RunPlan, RunRole
-from orchestrator.results.summary import SUMMARY
-from orchestrator.reproduction.paper.experiments import Experiments, Role, Run
 from orchestrator.results.run_folder import SUMMARY
 from orchestrator.scenario import catalogue, prepare, scenario_file
 from orchestrator.scenario.options import Options

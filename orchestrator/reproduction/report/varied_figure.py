@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
+from orchestrator.pictures.figure_parts import DPI, WIDTH
 from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.report.result_figures import line_styles
 from orchestrator.reproduction.varied.varied_set import VariedSet
-from orchestrator.pictures.figure_parts import DPI, WIDTH
 
 _PANELS: Final = (
     ("gap_edge", "gap to edge [m]", (-1.5, 1.0)),

@@ -16,7 +16,6 @@ import pandas as pd
 
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.record import Variable
-from components.interfaces.sockets import SOCKETS
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import Result, more_metrics
 from orchestrator.reproduction.varied import variations
