@@ -23,7 +23,17 @@ class Road:
 
 
 def corridor(road: Road, obstacles: ObstacleList, x: float, t: float) -> tuple[float, float]:
-    """Upper (left) and lower (right) boundary at station `x`, `t` seconds from now."""
+    """What is free across the road.
+
+    Args:
+        road: Edges of the road, and the shape of an obstacle's boundary.
+        obstacles: The obstacles of this instant.
+        x: Station along the road [m].
+        t: Time from now [s].
+
+    Returns:
+        Upper (left) and lower (right) boundary [m].
+    """
     middle = (road.y_left + road.y_right) / 2
     upper, lower = road.y_left, road.y_right
     for i in range(SLOTS):

@@ -125,12 +125,19 @@ class Path:
         return psi, kappa
 
 
-def double_lane_change(  # noqa: PLR0913 - the construction's givens
+def double_lane_change(  # noqa: PLR0913 - what the construction needs
     shape: LaneChange, *, x_0: float, x_1: float, x_8: float, x_14: float, y_lane: float, corner: tuple[float, float]
 ) -> Path:
     """The path from P0 at `x_0` out at `x_1`, back at `x_8` and on to `x_14`, along the lane at `y_lane`.
 
-    `corner` is the obstacle's boundary point that P2 is nearest to. A shape with w = 0 gives the straight lane.
+    Args:
+        shape: Either of the two changes; w = 0 gives the straight lane.
+        x_0: Start of the path [m].
+        x_1: Where the change out begins [m].
+        x_8: Where the return begins [m].
+        x_14: End of the path [m].
+        y_lane: Centre of the lane that the path starts in [m].
+        corner: The point [m] of the obstacle's boundary that P2 is nearest to.
     """
     side = where(shape.w < 0, -1.0, 1.0)
     theta, R = side * shape.theta, shape.R

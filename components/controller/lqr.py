@@ -36,7 +36,8 @@ class Lqr(LqrTracking, Sampled[ControllerInputs, LqrState, TrackerOutputs]):
 
     The planner of `mpc` decides on the path at the first sample at which a lane change is needed and possible; from
     then on the path stays, whatever the traffic does. Lateral and heading error are those of the centre of gravity at
-    the nearest point of the path (`lqr_tracking`). A sample without numbers is met by wheels straight and no torque.
+    the nearest point of the path (`lqr_tracking`). In a sample whose inputs are not numbers the wheels
+    are straight and the torque is zero.
 
     The gain is computed at the start: other weights during a run take effect at the next start.
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.

@@ -35,7 +35,7 @@ NEWTON_ITERATIONS = 10
 
 @record
 class MpcState:
-    """What the controller remembers: the manoeuvre, and its plan as a start for the next solve."""
+    """What the controller remembers: the manoeuvre, and its plan, from which the next solve starts."""
 
     manoeuvre: Manoeuvre
     z: Array = quantity("1", "scaled decision of the last solve", shape=(2 * N_P,))
@@ -47,7 +47,7 @@ class IntegratedMpc(Guidance, PredictedVehicle, Sampled[ControllerInputs, MpcSta
 
     At every sample: when to change lanes (`planner`), the Dubins path with its waypoints (`dubins`), the corridor
     (`corridor`), then the optimal control problem (`ocp`), solved from the previous plan.
-    The first decision is applied. Where a solve does not end in numbers the previous plan is followed one step
+    The first decision is applied. Where a solve gives no finite numbers the previous plan is followed one step
     further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
 
     The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).

@@ -3,9 +3,9 @@
 Every obstacle in the ego's own lane that the ego would catch up with at `v_ref` blocks it. With closing speed c, the
 ego is `l_before` behind it after travelling ``v_ref (x_o - l_before - x) / c`` and `l_after` ahead of it after
 ``v_ref (x_o + l_after - x) / c``: the change out is complete at the first, the return begins at the second. Obstacles
-too close behind each other for a return between them are passed in one go. `x_task` asks for a lane change as if an
-obstacle stood there. A change that is needed at once begins at the ego; one that has not begun is dropped when nothing
-asks for it any more.
+too close behind each other for a return between them are passed in one manoeuvre. `x_task` asks for a lane change as
+if an obstacle stood there. A change that is needed at once begins at the ego; one that has not begun is dropped when it
+is no longer needed.
 
 A lane is free for a stretch of the road when no obstacle in it, going on at its present speed, comes closer than
 `l_clear` (centre to centre) while the ego drives that stretch at `v_ref`:
@@ -98,7 +98,14 @@ class Blockade:
 
 
 def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> Manoeuvre:
-    """The manoeuvre seen from this sample."""
+    """The manoeuvre after this sample.
+
+    Args:
+        lanes: The lanes, and how early a lane change has to be complete.
+        before: The manoeuvre after the previous sample.
+        ego: The vehicle of this instant.
+        obstacles: The traffic of this instant.
+    """
     keep = before.phase <= KEEP
     known = both(keep, before.planned > 0)
     finished = both(known, ego.x >= before.x_8 + lanes.l_change)
@@ -173,7 +180,7 @@ def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
     return absolute(y_obstacle - y) < absolute(lanes.y_adjacent - lanes.y_lane) / 2
 
 
-def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is there
+def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is in it
     lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float, l_clear: float
 ) -> bool:
     """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
@@ -195,7 +202,7 @@ def _speed(  # noqa: PLR0913 - everything the speed depends on
     waits: bool,  # noqa: FBT001 - a condition of the equations
     x_11: float,
 ) -> float:
-    """The speed that leaves room behind an obstacle which cannot be passed (yet)."""
+    """The speed that leaves room behind an obstacle that cannot be passed (yet)."""
     v_d = lanes.v_ref
     beside = phase == BESIDE
     for i in range(SLOTS):

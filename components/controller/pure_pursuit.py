@@ -19,12 +19,13 @@ class PurePursuit(Tracking, Sampled[ControllerInputs, TrackerState, TrackerOutpu
     """Two-level baseline: Dubins path fixed in advance, pure pursuit, PI on speed.
 
     The point of the vehicle `l_back` behind its centre of gravity (textbooks take the rear axle, `l_back` = `l_r`) is
-    led on a circle to the point of the path `l_ahead` further along it than the nearest one: with that d away and
-    `left` to the left,
+    led on a circle to the point of the path `l_ahead` further along it than the nearest one. Where that point is at
+    the distance d, `left` to the left,
 
         kappa = 2 left / d^2,    delta_f = atan((l_f + l_r) kappa).
 
-    The path is that of `lqr`. A sample without numbers is met by wheels straight and no torque.
+    The path is that of `lqr`. In a sample whose inputs are not numbers the wheels are straight and the torque
+    is zero.
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
     Reference: R. C. Coulter, Carnegie Mellon University, CMU-RI-TR-92-01 (1992).
     """

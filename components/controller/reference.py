@@ -1,7 +1,6 @@
-"""What the traffic of a sample asks for: the manoeuvre, its Dubins path, and the corridor around it.
+"""The reference of a sample: the manoeuvre that the traffic requires, its Dubins path, and the corridor around it.
 
-Blocks that plan a path have these parameters and methods in common; they take them by inheriting `PathPlanning`, or
-`Guidance` where they also predict.
+Blocks that plan a path inherit `PathPlanning`; those that also predict inherit `Guidance`.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from components.interfaces.sockets import ControllerInputs
 
 @record
 class PathReference:
-    """What the traffic of this sample asks for."""
+    """The manoeuvre, the path and the prediction steps' references of one sample."""
 
     manoeuvre: Manoeuvre
     path: Waypoints
@@ -85,7 +84,7 @@ class PathPlanning:
 
 @record
 class Guidance(PathPlanning):
-    """The path, and what it and the corridor ask of N_p prediction steps."""
+    """The path, and the references of N_p prediction steps on it and in the corridor."""
 
     N_p: ClassVar[int]
 
@@ -94,11 +93,11 @@ class Guidance(PathPlanning):
     y_right: float = quantity("m", "right edge of the road")
     l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
-    def progress(self, v: float, v_d: float, t: float) -> float:  # noqa: ARG002 - for others to take into account
-        """How far along the path the desired point is after `t` at speed `v` now, `v_d` desired."""
+    def progress(self, v: float, v_d: float, t: float) -> float:  # noqa: ARG002 - a subclass may need it
+        """How far along the path [m] the desired point is after `t` [s] at speed `v` now, `v_d` desired [m/s]."""
         return v_d * t
 
-    def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - for others to decide
+    def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - a subclass may need it
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
         return obstacles
 

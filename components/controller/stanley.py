@@ -23,7 +23,8 @@ class Stanley(Tracking, Sampled[ControllerInputs, TrackerState, TrackerOutputs])
 
         delta_f = -psi_e - atan(k e_f / v_x).
 
-    The path is that of `lqr`. A sample without numbers is met by wheels straight and no torque.
+    The path is that of `lqr`. In a sample whose inputs are not numbers the wheels are straight and the torque
+    is zero.
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
     Reference: G. Hoffmann, C. Tomlin, M. Montemerlo, S. Thrun, American Control Conference (2007).
     """

@@ -1,4 +1,4 @@
-"""What controllers that track a given path share: the errors from it, the path itself, and the speed along it."""
+"""What controllers that track a given path share: the errors from it, the path itself, and the speed control."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from components.interfaces.sockets import ControllerInputs
 
 @record
 class TrackerState:
-    """What a tracking controller remembers: the path, and the torque that the speed needed so far."""
+    """What a tracking controller remembers: the path, and the integral of the speed control."""
 
     manoeuvre: Manoeuvre
     integral: float = quantity("N.m", "integral part of the speed controller")
@@ -49,7 +49,7 @@ class Deviation:
 
 
 def nearest(path: dubins.Path, x: float, y: float) -> Target:
-    """The point of the path nearest to (x, y)."""
+    """The point of the path nearest to (x, y) [m]."""
     s = path.project(x, y)
     x_s, y_s = path.point(s)
     psi, kappa = path.direction(s)
@@ -77,7 +77,8 @@ def bounded(value: float, low: float, high: float) -> float:
 class Tracking(PathPlanning):
     """A path fixed in advance, the bounds of the actuation, and a speed controller.
 
-    ``T_r = K_p (v_d - v_x) + integral``; the integral rests while it would only drive T_r further beyond a bound.
+    ``T_r = K_p (v_d - v_x) + integral``; the integral is held while it would drive T_r further beyond a bound
+    (anti-windup).
     """
 
     T_s: float = quantity("s", "sampling time that the gains are meant for: the macro step", min=0.001, max=1)
@@ -88,7 +89,7 @@ class Tracking(PathPlanning):
     T_bmax: float = quantity("N.m", "largest braking torque on one rear wheel", min=0)
 
     def fixed(self, before: Manoeuvre, u: ControllerInputs) -> Manoeuvre:
-        """The first manoeuvre that is planned, kept for good."""
+        """The first manoeuvre that is planned; every later sample keeps it."""
 
         def kept(old: float, new: float) -> float:
             return where(before.planned > 0, old, new)
@@ -100,6 +101,6 @@ class Tracking(PathPlanning):
         slow = v_d - ego.v_x
         wanted = self.K_p * slow + integral
         T_r = bounded(wanted, -self.T_bmax, self.T_dmax)
-        rests = (wanted - T_r) * slow <= 0  # false for a NaN, which must not be remembered
-        summed = where(rests, integral + self.K_i * slow * self.T_s, integral)
+        grows = (wanted - T_r) * slow <= 0  # false for NaN, which must not enter the state
+        summed = where(grows, integral + self.K_i * slow * self.T_s, integral)
         return Actuation(delta_f=bounded(delta_f, -self.delta_max, self.delta_max), T_r=T_r), summed

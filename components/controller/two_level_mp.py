@@ -33,7 +33,7 @@ _SLOWEST = 1.0
 
 @record
 class TwoLevelState:
-    """What the controller remembers: the manoeuvre, where its plan is now, and what the solve and the tracker need."""
+    """What the controller remembers: the manoeuvre, the planned point, the last solve, and the tracker's state."""
 
     manoeuvre: Manoeuvre
     point: PointMass
@@ -62,11 +62,11 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
 
     Upper level: path, corridor and horizon are those of `mpc`, anew at every sample; the plan minimises the same
     distances (`point_mass`), without a yaw term because a point mass has no yaw. It goes on from the planned point of
-    the sample before, moved along its own direction to where the vehicle is beside it: the plan knows how far the
-    vehicle is, not how far it is off. Lower level: `lqr_tracking` on the errors from the planned point, with the
+    the sample before, moved along its own direction to where the vehicle is beside it: the plan follows the progress of
+    the vehicle, but not its lateral error. Lower level: `lqr_tracking` on the errors from the planned point, with the
     direction and the curvature of the planned motion; PI on its speed.
 
-    Where a solve does not end in numbers the previous plan is followed one sample further.
+    Where a solve gives no finite numbers the previous plan is followed one sample further.
     The gain is computed at the start: other weights during a run take effect at the next start.
     Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
     """
@@ -101,7 +101,7 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
 
 
 def _given(self: TwoLevelMp, x: TwoLevelState, u: ControllerInputs) -> _Given:
-    """What the traffic asks for, and the planned point of this instant."""
+    """The reference, and the problem that begins at the planned point of this instant."""
     reference = self.reference(x.manoeuvre, u)
     problem = PlanningProblem(
         weights=Weights(a_1=self.a_1, b_1=self.b_1, b_2=self.b_2, b_3=0.0),

@@ -32,8 +32,11 @@ class NoState:
 class Block(ABC, Generic[U, X, Y]):
     """A component with inputs `U`, state `X` and outputs `Y`; its fields are its parameters.
 
-    At each communication point the outputs are `output(x, u)`; the state then advances by
-    `step(x, u, h)` with the inputs held. Both are pure, and are written for numbers and symbols alike.
+    At each communication point the outputs are `output(x, u)`; the state then advances by `step(x, u, h)` with the
+    inputs held. Both are pure, and are written for numbers and symbols alike.
+
+    Raises:
+        RequestError: At construction, with every value that does not fit its quantity.
     """
 
     name: ClassVar[str]
@@ -50,14 +53,14 @@ class Block(ABC, Generic[U, X, Y]):
     staged: ClassVar[bool] = False
     """Whether parts of the equations become functions of their own in the generated C (see `staging`)."""
     definition: ClassVar[str] = ""
-    """Of a block that is made of a file: the digest of what it was made from."""
+    """Digest of the file that the block was made from, if it was made from one."""
 
     def __post_init__(self) -> None:
         raise_if_any(value_problems(self, self.name, self.dimensions()))
         for variable in self.parameters():
             value = getattr(self, variable.name)
             if variable.shape and not is_symbolic(value):
-                object.__setattr__(self, variable.name, np.array(value, dtype=float))  # a list counts like an array
+                object.__setattr__(self, variable.name, np.array(value, dtype=float))  # a list is accepted as an array
 
     @abstractmethod
     def start(self) -> X:
@@ -131,9 +134,10 @@ class Sampled(Block[U, X, Y]):
     frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration)
 )
 def block(socket: Socket) -> Callable[[B], B]:
-    """Make a class a block that fits `socket`; every declaration is checked here, every value at construction.
+    """Make a class a block that fits `socket`; declarations are checked here, values at construction.
 
-    Raises `RequestError` for a parameter without a quantity, or buses that do not fit the socket.
+    Raises:
+        RequestError: For a parameter without a quantity, or for buses that do not fit the socket.
     """
 
     def declare(cls: B) -> B:

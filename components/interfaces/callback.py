@@ -15,10 +15,15 @@ from components.interfaces.maths import Array
 
 
 class Callback(ca.Callback):
-    """A function of columns as a node of the equations: called with numbers only, whatever surrounds it.
+    """A function of columns as a node of the equations, which is called with numbers only.
 
-    `sizes_in` and `sizes_out` give the lengths of the columns; the function returns one column, or number, per output.
-    Keep the object: a node holds its function without owning it.
+    The object has to be kept alive as long as the equations, because a node refers to its function without owning it.
+
+    Args:
+        name: Name of the node.
+        function: Takes one column of each length in `sizes_in`, returns one column or number of each in `sizes_out`.
+        sizes_in: Lengths of the columns that it takes.
+        sizes_out: Lengths of the columns that it returns.
     """
 
     def __init__(

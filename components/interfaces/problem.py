@@ -1,4 +1,4 @@
-"""What is said when a request is wrong: where, what was found, what would be valid, what to do."""
+"""Messages about a wrong request, in four parts: where, what was found, what would be valid, what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong, in the four parts a person needs to mend it."""
+    """One thing that is wrong, in the four parts that a person needs to correct it."""
 
     where: str
     found: str
@@ -35,7 +35,11 @@ def refuse(where: str, found: str, valid: str, remedy: str = "") -> RequestError
 
 
 def raise_if_any(problems: Iterable[Problem]) -> None:
-    """Raise one `RequestError` with all `problems`; do nothing when there are none."""
+    """Report all problems at once; do nothing when there are none.
+
+    Raises:
+        RequestError: With every one of `problems`.
+    """
     if gathered := tuple(problems):
         raise RequestError(gathered)
 

@@ -61,7 +61,7 @@ DTYPES: Final[dict[Type, type[np.generic]]] = {
     Type.STRING: np.object_,
     Type.BINARY: np.object_,
 }
-"""How values of each type lie in memory; one column per type holds all signals of a system."""
+"""The type of each value in memory; one column per type holds all signals of a system."""
 
 
 def zeros(kind: Type, shape: int | tuple[int, ...]) -> np.ndarray[Any, Any]:
@@ -168,7 +168,18 @@ def quantity(
     min: float | None = None,  # noqa: A002 - the FMI attribute's name
     max: float | None = None,  # noqa: A002
 ) -> Any:
-    """A Float64 field of a record. It has no default: whoever makes the record gives every value."""
+    """A Float64 field of a record, without a default: whoever makes the record gives every value.
+
+    Args:
+        unit: Unit of measurement, one of `UNITS_OF_MEASUREMENT`.
+        description: What the value means.
+        shape: Lengths of an array, each a number or the name of a structural constant of the block.
+        min: Least valid value.
+        max: Largest valid value.
+
+    Raises:
+        RequestError: For an unknown unit of measurement, an empty description or an empty range.
+    """
     return _field(Quantity(unit, description, shape=shape, min=min, max=max))
 
 

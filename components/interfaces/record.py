@@ -49,7 +49,8 @@ class Variable:
 def record(cls: type[R]) -> type[R]:
     """Make `cls` a closed, immutable record: every field is a quantity or another record.
 
-    Raises `RequestError` when a field is neither.
+    Raises:
+        RequestError: When a field is neither.
     """
     made = dataclass(frozen=True, kw_only=True, eq=False)(cls)
     for name, kind in _fields(made):
@@ -77,7 +78,13 @@ def groups(cls: type) -> dict[str, type]:
 
 
 def variables(cls: type, dimensions: Mapping[str, int] | None = None, prefix: str = "") -> tuple[Variable, ...]:
-    """All variables of a record, in order, with dotted names; `dimensions` resolves named lengths."""
+    """All variables of a record, in the order of declaration.
+
+    Args:
+        cls: The type of the record.
+        dimensions: The structural constants that give named array lengths.
+        prefix: What stands before each dotted name.
+    """
     return tuple(_variables(cls, {} if dimensions is None else dimensions, prefix))
 
 
@@ -108,12 +115,12 @@ def leaves(value: object) -> list[Any]:
 
 
 def pack(value: object) -> Array:
-    """A record as one column of numbers or symbols."""
+    """A record as one column of numbers or symbols, of shape (size(type(value)),)."""
     return joined(leaves(value))
 
 
 def unpack(cls: type[R], column: Array, dimensions: Mapping[str, int] | None = None) -> R:
-    """The record of type `cls` whose `pack` is `column`."""
+    """The record of type `cls` whose `pack` is `column`; the inverse of `pack`."""
     made, _ = _unpack(cls, column, {} if dimensions is None else dimensions, 0)
     return made
 
@@ -158,7 +165,7 @@ def combine(function: Callable[..., Any], first: R, *others: R) -> R:
 
 
 def value_problems(value: object, where: str, dimensions: Mapping[str, int] | None = None) -> list[Problem]:
-    """What is wrong with the numbers in a record; symbols are not judged."""
+    """What is wrong with the numbers in a record; symbols are passed over."""
     declared = variables(type(value), dimensions)
     return [
         problem

@@ -11,7 +11,7 @@ _X = TypeVar("_X")
 
 
 def runge_kutta(derivative: Callable[[_X], _X], x: _X, h: float) -> _X:
-    """`x` after one step of `h` along ``dx/dt = derivative(x)``."""
+    """The state `h` seconds later along ``dx/dt = derivative(x)``; `x` and its derivative are records of one type."""
     k_1 = derivative(x)
     k_2 = derivative(combine(_along(h / 2), x, k_1))
     k_3 = derivative(combine(_along(h / 2), x, k_2))

@@ -16,7 +16,17 @@ _Y = TypeVar("_Y")
 
 
 def symbols(kind: type, dimensions: dict[str, int], graph: Any = ca.SX, name: str = "x") -> tuple[Any, Any]:
-    """A column of fresh symbols for a record, and the record made of them."""
+    """Fresh symbols for a record.
+
+    Args:
+        kind: The type of the record.
+        dimensions: The structural constants that give its array lengths.
+        graph: CasADi's type of symbols, `SX` or `MX`.
+        name: Name of the column in the equations.
+
+    Returns:
+        The column, of shape (size(kind),), and the record made of it.
+    """
     n = sum(v.size for v in variables(kind, dimensions))
     column = graph.sym(name, n)
     return column, unpack(kind, column, dimensions)
@@ -27,12 +37,18 @@ def staged(function: Callable[..., _Y], returns: type[_Y], dimensions: dict[str,
 
     With plain numbers or scalar symbols (`SX`) this is the call itself. With graph symbols (`MX`) the call becomes
     one node: the equations are lowered once, as scalar operations, to a function that the generated C calls.
+
+    Args:
+        function: The equations; its name becomes that of the function in C.
+        returns: The type of the result.
+        dimensions: The structural constants that give array lengths.
+        arguments: Records of numbers or symbols.
     """
     flat = [leaf for a in arguments for leaf in leaves(a)]
     if not any(isinstance(leaf, ca.MX) for leaf in flat):
         return function(*arguments)
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
-    made = ca.cse(ca.SX(column_of(function(*records))))  # equations in loops repeat themselves
+    made = ca.cse(ca.SX(column_of(function(*records))))  # loops in the equations give equal expressions many times
     body = ca.Function(function.__name__.strip("_"), list(columns), [made])
     column: Any = body(*(pack(a) for a in arguments))
     return unpack(returns, column, dimensions)

@@ -19,7 +19,7 @@ class EmptyRoad(Block[TrafficInputs, NoState, TrafficOutputs]):
         """Nothing to remember."""
         return NoState()
 
-    def output(self, x: NoState, u: TrafficInputs) -> TrafficOutputs:  # noqa: ARG002 - nothing to see
+    def output(self, x: NoState, u: TrafficInputs) -> TrafficOutputs:  # noqa: ARG002 - the road stays empty
         """Eight empty slots."""
         none = vector([0.0] * SLOTS)
         return TrafficOutputs(

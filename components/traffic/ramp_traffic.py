@@ -15,7 +15,7 @@ from components.interfaces.sockets import TRAFFIC, TrafficInputs, TrafficOutputs
 
 @record
 class RampState:
-    """How far each obstacle has come, and how fast it is."""
+    """Distance travelled and speed of each obstacle."""
 
     s: Array = quantity("m", "distance travelled", shape=(SLOTS,))
     v: Array = quantity("m/s", "speed", shape=(SLOTS,))
@@ -48,7 +48,7 @@ class RampTraffic(Block[TrafficInputs, RampState, TrafficOutputs]):
         """Nothing travelled, at the start speeds."""
         return RampState(s=0.0 * self.v_start, v=self.v_start)
 
-    def output(self, x: RampState, u: TrafficInputs) -> TrafficOutputs:  # noqa: ARG002 - deaf to the ego vehicle
+    def output(self, x: RampState, u: TrafficInputs) -> TrafficOutputs:  # noqa: ARG002 - it does not react to the ego vehicle
         """Where the obstacles are now."""
         place = [to_road(self.psi_start[i], x.s[i], 0.0) for i in range(SLOTS)]
         return TrafficOutputs(

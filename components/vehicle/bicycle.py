@@ -24,7 +24,7 @@ class Bicycle(SingleTrack):
 
     Two tyres per axle, hence the factors 2; `psi_dot = r` is added (RESOLUTIONS 3).
     Leaves out load transfer, drag and the saturation of the tyre (`bicycle_saturated` has it): `tyre.mu_f` and
-    `tyre.mu_r` say how much of the friction limit the linear tyre claims to use, and pass 1 where a real tyre would
+    `tyre.mu_r` are the shares of the friction limit that the linear tyre uses, and exceed 1 where a real tyre would
     slide.
 
     Reference point: centre of gravity. Feedthrough: `actuation` to `tyre` and `motion`, none to `state`.

@@ -3,8 +3,8 @@
     v_delta = (delta_f - delta) / T_delta        a = 2 T_r / (m R_w)                                      (1)
 
 Their inputs are the velocity v_delta of the steering angle, which their own limits bound (0.4 rad/s), and the
-longitudinal acceleration a. A first-order servo turns our angle into the one; the drive force of two rear wheels gives
-the other, with the mass and the wheel radius of the parameter set.
+longitudinal acceleration a. A first-order servo gives the first from our steering angle; the drive force of two rear
+wheels gives the second, with the mass and the wheel radius of the parameter set.
 
 The models do not hold below standstill: a vehicle that brakes stops at v = 0, and stays until it is driven again.
 """

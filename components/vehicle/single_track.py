@@ -1,4 +1,4 @@
-"""What all single-track (bicycle) models share; how their tyres answer to slip is left to the blocks."""
+"""What all single-track (bicycle) models share; each block adds how the tyres' forces depend on their slip."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class SingleTrack(Continuous[PlantInputs, VehicleState, SingleTrackOutputs]):
         )
 
     def output(self, x: VehicleState, u: PlantInputs) -> SingleTrackOutputs:
-        """The state, and what the tyres and the passengers feel with the actuation of this instant."""
+        """The state, and the slips, forces and accelerations with the actuation of this instant."""
         alpha_f, alpha_r = self.slip(x, u.actuation)
         F_cf, F_cr = self.forces(x, u.actuation)
         dx = self.derivative(x, u)

@@ -28,7 +28,16 @@ def built_folder() -> Path:
 
 
 def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
-    """A block of the catalogue, for a socket if one is named. Raises `RequestError`."""
+    """A block of the catalogue, for a socket if one is named.
+
+    Args:
+        name: Name of the block.
+        where: What asked for it, for the message.
+        socket: Name of the socket that the block has to fit.
+
+    Raises:
+        RequestError: When there is no such block, its extra is not installed, or it fits another socket.
+    """
     fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
     if name in EXTRAS and name not in BLOCKS:
         raise refuse(where, f"`{name}` without its extra", choices(fitting), f"Install macrostep[{EXTRAS[name]}].")
@@ -53,7 +62,17 @@ def ensure_built(
     folder: Path,
     progress: Callable[[str], None],
 ) -> dict[tuple[str, Version], Path]:
-    """Build what is missing or out of date; the FMU file of each block and version."""
+    """Build the FMUs that are missing or out of date.
+
+    Args:
+        blocks: The blocks.
+        versions: The versions of FMI.
+        folder: Where the FMUs are kept.
+        progress: Called with a line of text for each FMU that is built.
+
+    Returns:
+        The FMU file of each block, by name, and version.
+    """
     requests = [(block, version, default_values(block)) for block in blocks for version in versions]
     built = build_all(requests, folder, progress)
     return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
@@ -62,7 +81,17 @@ def ensure_built(
 def build_models(
     requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Callable[[str], None]
 ) -> list[Path]:
-    """Build the FMUs of Modelica files: `FILE.mo`, or `FILE.mo:MODEL`. Raises `RequestError`."""
+    """Build the FMUs of Modelica files.
+
+    Args:
+        requests: `FILE.mo`, or `FILE.mo:MODEL`.
+        versions: The versions of FMI.
+        folder: Where the FMUs are kept.
+        progress: Called with a line of text for each file.
+
+    Raises:
+        RequestError: When a request does not name a Modelica file, or its model cannot become a block.
+    """
     valid = "a Modelica file: FILE.mo, or FILE.mo:MODEL"
     raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
     found: list[Path] = []

@@ -1,4 +1,4 @@
-"""The same optimal control problem for solvers that do not become C: they run in this process only.
+"""Solvers of bounded problems that do not become C and run in this process only.
 
 Each is a CasADi callback, so that it takes the place of `active_set` in the same equations. Tolerances and limits
 mirror those of MATLAB's fmincon where they are known (optimality 1e-6, quasi-Newton Hessian for interior point).

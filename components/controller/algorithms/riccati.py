@@ -1,7 +1,7 @@
 """The gain of a linear-quadratic regulator with one input, written as symbols so that it becomes plain C.
 
 For ``x' = A x + b u``, sampled every T_s with u held, the gain K of u = -K x minimises the sum of x'Qx + r u^2 (Q is
-diagonal). Sampling and the Riccati equation both double in each round what the round before had:
+diagonal). Sampling and the Riccati equation are both computed by doubling:
 
     exp(M t) by its series for a small t, squared again and again;
 
@@ -32,7 +32,18 @@ TERMS = 10
 
 
 def gain(rows: list[Array], b: Array, q: Array, r: float, T_s: float) -> Array:
-    """K, of shape (n,), for the rows of A, the input column b, the diagonal q of Q; numbers or symbols."""
+    """The gain of the regulator; numbers or symbols.
+
+    Args:
+        rows: The rows of A, each of shape (n,).
+        b: Input column, of shape (n,).
+        q: Diagonal of Q, of shape (n,).
+        r: Weight of the input.
+        T_s: Sampling time [s].
+
+    Returns:
+        K, of shape (n,).
+    """
     K: Any = _function(len(rows))(joined(rows), b, q, r, T_s)
     return K if is_symbolic(K) else np.asarray(K, dtype=float).ravel()
 

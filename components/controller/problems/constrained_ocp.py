@@ -39,7 +39,7 @@ class StageInput:
 
 @record
 class StageTarget:
-    """What a prediction step is asked for."""
+    """Where the vehicle should be in a prediction step, how fast, and the corridor that it should stay in."""
 
     x_d: float = quantity("m", "desired point, along the road")
     y_d: float = quantity("m", "desired point, across the road")
@@ -72,7 +72,7 @@ class ConstrainedSettings(PredictedVehicle):
 
 @record
 class ConstrainedProblem(ConstrainedSettings):
-    """The constants, and what they are relative to."""
+    """The settings, and the environment that they are relative to."""
 
     mu: float = quantity("1", "friction coefficient of the road")
     g: float = quantity("m/s2", "gravity")
@@ -80,13 +80,13 @@ class ConstrainedProblem(ConstrainedSettings):
 
 
 def loads(p: ConstrainedProblem) -> tuple[float, float]:
-    """Static loads of one front and one rear tyre."""
+    """Static loads of one front and one rear tyre [N]."""
     total = p.m * p.g / 2 / (p.l_f + p.l_r)
     return total * p.l_r, total * p.l_f
 
 
 def demands(p: ConstrainedProblem, x: SteeredVehicle) -> tuple[float, float]:
-    """What linear tyres (2), (3) would ask for, as shares of the friction limit, with sign."""
+    """The forces of linear tyres (2), (3), as signed shares of the friction limit."""
     F_zf, F_zr = loads(p)
     alpha_f = (x.v_y + p.l_f * x.r) / x.v_x - x.delta_f  # (3)
     alpha_r = (x.v_y - p.l_r * x.r) / x.v_x  # (3)
@@ -112,7 +112,7 @@ def derivative(p: ConstrainedProblem, x: SteeredVehicle, u: StageInput) -> Steer
 
 
 def predict(p: ConstrainedProblem, x: SteeredVehicle, u: StageInput) -> SteeredVehicle:
-    """The state one prediction step later: the angle is reached at once and held, as the vehicle will have it."""
+    """The state one prediction step later; the steering angle changes at its start and is held, as in the vehicle."""
     held = SteeredVehicle(x=x.x, y=x.y, psi=x.psi, v_x=x.v_x, v_y=x.v_y, r=x.r, delta_f=x.delta_f + p.dt * u.delta_rate)
     still = StageInput(delta_rate=0.0, T_r=u.T_r)
     return runge_kutta(lambda state: derivative(p, state, still), held, p.dt)

@@ -52,7 +52,7 @@ class Weights:
 
 @record
 class Horizon:
-    """What the path and the traffic ask of the prediction steps."""
+    """The references and boundaries of the prediction steps."""
 
     x_d: Array = quantity("m", "desired point X_d", shape=("N_p",))
     y_d: Array = quantity("m", "desired point Y_d", shape=("N_p",))
@@ -76,7 +76,15 @@ def by_input(z: Array) -> tuple[Array, Array]:
 
 
 def predict(vehicle: PredictedVehicle, before: VehicleState, delta_f: float, T_r: float, dt: float) -> VehicleState:
-    """The state one prediction step later, (6)-(9) with the corrections RESOLUTIONS 1, 2 and 10."""
+    """The state one prediction step later, (6)-(9) with the corrections RESOLUTIONS 1, 2 and 10.
+
+    Args:
+        vehicle: The vehicle as the controller knows it.
+        before: The state one prediction step earlier.
+        delta_f: Front road-wheel angle [rad], held during the step.
+        T_r: Torque on one rear wheel [N.m], held during the step.
+        dt: Prediction step [s].
+    """
     F_cf = -vehicle.C_alpha_f * ((before.v_y + vehicle.l_f * before.r) / before.v_x - delta_f)  # (9)
     F_cr = -vehicle.C_alpha_r * ((before.v_y - vehicle.l_r * before.r) / before.v_x)  # (9)
     v_x = before.v_x + (before.v_y * before.r - 2 * (F_cf * sin(delta_f) - T_r / vehicle.R_w) / vehicle.m) * dt  # (8)
@@ -134,7 +142,7 @@ class OptimalControlProblem:
 
 
 def distance_cost(w: Weights, horizon: Horizon, i: int, x: float, y: float) -> float:
-    """What (5) adds for being at (x, y) in prediction step i: distances to the path and to the boundaries."""
+    """The part of (5) for the position (x, y) [m] in prediction step i: distances to the path and the boundaries."""
     along = (x - horizon.x_d[i]) * (x - horizon.x_d[i])
     across = (y - horizon.y_d[i]) * (y - horizon.y_d[i])
     upper = along + (y - horizon.y_upper[i]) * (y - horizon.y_upper[i])
