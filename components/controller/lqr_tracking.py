@@ -50,7 +50,7 @@ class LqrTracking(Tracking):
     q_delta: float = quantity("1/rad2", "weight of the steering angle", min=1e-9)
 
     def error_dynamics(self, v: float) -> tuple[list[Array], Array]:
-        """The rows of A and the column b, each of shape (4,), in x' = A x + b delta_f with x = (e, e', psi_e, psi_e')."""
+        """Rows of A and column b, each of shape (4,), in x' = A x + b delta_f with x = (e, e', psi_e, psi_e')."""
         C_f, C_r = 2 * self.C_alpha_f, 2 * self.C_alpha_r
         stiffness, moment = C_f + C_r, self.l_r * C_r - self.l_f * C_f
         damping = self.l_f * self.l_f * C_f + self.l_r * self.l_r * C_r
