@@ -140,8 +140,11 @@ class LiveStream:
         self._stays = window
         self._server = serve(port, how, stays=window)
         if not listens(port, _STARTS_WITHIN, self._server):
-            self._tell("the viewer did not start; the run goes on without it")
-            self._url = None
+            self._give_up()
+
+    def _give_up(self) -> None:
+        self._tell("the viewer did not start; the run goes on without it")
+        self._url = None
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Stream a simulation from now on, until `end`.
@@ -150,6 +153,8 @@ class LiveStream:
             request: What to record; it goes to the viewer instead of the sink that it names.
             simulation: The simulation.
         """
+        if self._url is not None and self._server is not None and self._server.poll() is not None:
+            self._give_up()  # a viewer listens before it opens its window, and ends when it cannot open it
         if self._url is not None:
             self._process.begin(replace(request, sink=self._url), simulation)
 

@@ -44,6 +44,9 @@ class Declared:
     interface: Interface
     parameters: dict = field(default_factory=dict)
 
+    def single_instance(self):
+        return None
+
 
 @pytest.fixture
 def system():

@@ -163,8 +163,11 @@ def test_a_viewer_that_cannot_open_leaves_the_run_alone(monkeypatch):
     monkeypatch.setattr(live, "has_display", lambda: True)
     said = []
     with LiveStream(LiveOptions(), said.append) as stream:
+        stream._server.wait(60)  # it may have listened before it found that there is no display
+        stream.begin(None, None)
         assert stream._url is None
     assert said[-1] == "the viewer did not start; the run goes on without it"
+    assert len(said) == 2
 
 
 @pytest.mark.viewer
