@@ -11,15 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import pandas as pd
+
 from components import BLOCKS
 from components.interfaces.sockets import CONTROLLER, PLANT
 from fmus.toolchain.version import Version
 from orchestrator import run as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, RunPlan, RunRole
-from orchestrator.results.run_folder import SUMMARY
+from orchestrator.results.run_folder import SIGNALS, SUMMARY
 from orchestrator.scenario import catalogue, prepare, scenario_file
 from orchestrator.scenario.options import Options
+from orchestrator.system.shown import BusPaths, shown
 
 MODE: Final = Version.FMI3
 """How native blocks run; blocks that are not native run inside the process of the run."""
@@ -36,12 +39,18 @@ class Outcome:
 
     run: RunPlan
     folder: Path
+    buses: BusPaths
+    """The buses of the system that was run"""
     remarks: tuple[str, ...]
 
     @property
     def summary(self) -> dict[str, Any]:
         """The content of the folder's `summary.json`."""
         return json.loads((self.folder / SUMMARY).read_text("utf-8"))
+
+    def rows(self) -> pd.DataFrame:
+        """Read the rows of the run: `time`, and a column for each element of a signal."""
+        return pd.read_parquet(self.folder / SIGNALS)
 
 
 def options(run: RunPlan) -> Options:
@@ -91,7 +100,7 @@ def execute(run: RunPlan, folder: Path) -> Outcome:
     beside = runner.Beside(Afterwards(), figures=run.role is not RunRole.SWEEP)
     summary = runner.execute(scenario, folder, lambda _: None, beside).summary
     figures = (f"figures {summary['figures']}",) if "figures" in summary else ()
-    return Outcome(run, folder, scenario.remarks + figures)
+    return Outcome(run, folder, shown(scenario.system), scenario.remarks + figures)
 
 
 def execute_all(

@@ -37,7 +37,7 @@ def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Callabl
         Median and 99th percentile of the time per sample of each controller, in each way that it runs.
     """
     states = outcomes[plan.states]
-    frame = pd.read_parquet(states.folder / "signals.parquet")
+    frame = states.rows()
     scenarios: dict[tuple[str, str], Scenario] = {}
     for name in plan.controllers:
         scenarios[name, IN_PROCESS] = _scenario(states, name, "blocks")

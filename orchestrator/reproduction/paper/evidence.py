@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from components.interfaces.buses import WAYPOINTS
+from components.interfaces.buses import WAYPOINTS, VehicleState, Waypoints
+from components.interfaces.maths import Array
 from orchestrator.reproduction.paper.experiments import Experiments, RunPlan, RunRole
 from orchestrator.reproduction.paper.verdict import DecidingNumber
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results import metrics
 from orchestrator.results.path_geometry import path_error
+from orchestrator.system.shown import BusPaths, signal_path
 
 SWING: Final = 0.05
 """[rad/s] Yaw rates below this are no swing: a tenth of the 0.49 rad/s that the path demands, R = v^2/(mu g)"""
@@ -103,65 +105,101 @@ class Evidence:
         return [c for c in self.curves if (c.task, c.plant) == (result.task, result.plant)]
 
 
-def result(run: RunPlan, measured: Mapping[str, float], frame: pd.DataFrame, *, finished: bool) -> Result:
-    """The metrics of a run, with those that only claims need."""
-    found = {**measured, **more_metrics(frame)}
-    return Result(run.name, run.task, run.plant, run.controller, run.role, run.label, found, finished=finished)
+@dataclass(frozen=True)
+class RecordedRun:
+    """The rows of a run, with the buses of its system."""
+
+    frame: pd.DataFrame
+    """`time`, and a column for each element of a signal"""
+    buses: BusPaths
+
+    def state(self, signal: str) -> Array:
+        """A signal of the vehicle's state, `(n,)`."""
+        return self.frame[signal_path(self.buses, VehicleState, signal)].to_numpy(float)
+
+    def path(self, axis: str) -> Array:
+        """A coordinate of the waypoints of the path, `(n, WAYPOINTS)`."""
+        return metrics.columns(self.frame, signal_path(self.buses, Waypoints, axis), WAYPOINTS)
 
 
-def more_metrics(frame: pd.DataFrame) -> dict[str, float]:
-    """What claims need beyond the metrics of every run."""
-    return {"r_sign_changes": float(sign_changes(frame["plant.state.r"].to_numpy(float)))}
+def result(run: RunPlan, measured: Mapping[str, float], recorded: RecordedRun, *, finished: bool) -> Result:
+    """The result of a run.
+
+    Args:
+        run: The run as it was planned.
+        measured: The metrics of its summary.
+        recorded: Its rows, for the metrics that only claims need.
+        finished: Whether it came to its end without a fault.
+    """
+    values = {**measured, **more_metrics(recorded)}
+    return Result(run.name, run.task, run.plant, run.controller, run.role, run.label, values, finished=finished)
+
+
+def more_metrics(recorded: RecordedRun) -> dict[str, float]:
+    """The metrics that claims need beyond those of every run."""
+    return {"r_sign_changes": float(sign_changes(recorded.state("r")))}
 
 
 def gather(experiments: Experiments, outcomes: Mapping[str, Outcome], timings: Sequence[Timing]) -> Evidence:
-    """The evidence in the run folders."""
-    frames = {name: pd.read_parquet(o.folder / "signals.parquet") for name, o in outcomes.items()}
-    found: dict[str, Result] = {}
+    """Read the evidence from the run folders.
+
+    Args:
+        experiments: The list of experiments.
+        outcomes: The executed runs by name.
+        timings: The times per sample, where they were measured.
+    """
+    recorded = {name: RecordedRun(outcome.rows(), outcome.buses) for name, outcome in outcomes.items()}
+    results: dict[str, Result] = {}
     for name, outcome in outcomes.items():
-        told = outcome.summary
-        found[name] = result(outcome.run, told["metrics"], frames[name], finished=told["status"] == "finished")
+        summary = outcome.summary
+        finished = summary["status"] == "finished"
+        results[name] = result(outcome.run, summary["metrics"], recorded[name], finished=finished)
     curves = tuple(
-        Curve(s.name, s.task, s.plant, s.label, tuple(found[run.name] for run in s.runs())) for s in experiments.sweeps
+        Curve(s.name, s.task, s.plant, s.label, tuple(results[run.name] for run in s.runs()))
+        for s in experiments.sweeps
     )
     distances: dict[str, float] = {}
     reference = experiments.timing.states if experiments.timing is not None else ""
     if reference:
         alike = [run for run in experiments.runs if run.role in {RunRole.ALGORITHM, RunRole.LOOSE}]
-        distances = {run.name: trajectory_distance(frames[reference], frames[run.name]) for run in alike}
+        distances = {run.name: trajectory_distance(recorded[reference], recorded[run.name]) for run in alike}
     return Evidence(
-        results=tuple(found[run.name] for run in experiments.runs),
+        results=tuple(results[run.name] for run in experiments.runs),
         curves=curves,
         distances=distances,
-        off_path=dict(_off_paths(experiments, frames)),
+        off_path=dict(_off_paths(experiments, recorded)),
         timings=tuple(timings),
         reference=reference,
     )
 
 
-def _off_paths(experiments: Experiments, frames: Mapping[str, pd.DataFrame]) -> Iterator[tuple[str, float]]:
+def _off_paths(experiments: Experiments, recorded: Mapping[str, RecordedRun]) -> Iterator[tuple[str, float]]:
     for plus in (run for run in experiments.runs if run.role is RunRole.PLUS):
         for mp in (run for run in experiments.runs if run.role is RunRole.MP and run.label == TUNED):
             if (mp.task, mp.plant) == (plus.task, plus.plant):
-                yield plus.name, off_path(frames[plus.name], frames[mp.name])
+                yield plus.name, off_path(recorded[plus.name], recorded[mp.name])
 
 
-def off_path(frame: pd.DataFrame, leader: pd.DataFrame) -> float:
-    """Distance [m], rms, of a vehicle from the path that another run shows at the same instant."""
-    n = min(len(frame), len(leader))
-    x, y = (frame[f"plant.state.{axis}"].to_numpy(float)[:n] for axis in "xy")
-    path_x, path_y = (metrics.columns(leader.iloc[:n], f"controller.path.{axis}", WAYPOINTS) for axis in "xy")
+def off_path(run: RecordedRun, leader: RecordedRun) -> float:
+    """Distance [m], rms, of a vehicle from the path that the controller of another run plans at the same instant."""
+    n = min(len(run.frame), len(leader.frame))
+    x, y = (run.state(axis)[:n] for axis in "xy")
+    path_x, path_y = (leader.path(axis)[:n] for axis in "xy")
     return float(np.sqrt(np.mean(np.square(path_error(path_x, path_y, x, y)))))
 
 
-def sign_changes(r: np.ndarray[tuple[int], np.dtype[np.float64]]) -> int:
-    """How often the yaw rate swings to the other side, by `SWING` at least."""
+def sign_changes(r: Array) -> int:
+    """How often the yaw rate swings from one side to the other.
+
+    Args:
+        r: The yaw rate [rad/s], `(n,)`; values below `SWING` do not count.
+    """
     swings = np.sign(r[np.abs(r) > SWING])
     return int((swings[1:] != swings[:-1]).sum())
 
 
-def trajectory_distance(a: pd.DataFrame, b: pd.DataFrame) -> float:
-    """Largest distance [m] between two vehicles at the same instant."""
-    n = min(len(a), len(b))
-    dx, dy = (a[f"plant.state.{s}"].to_numpy(float)[:n] - b[f"plant.state.{s}"].to_numpy(float)[:n] for s in "xy")
+def trajectory_distance(a: RecordedRun, b: RecordedRun) -> float:
+    """Largest distance [m] between the vehicles of two runs at the same instant."""
+    n = min(len(a.frame), len(b.frame))
+    dx, dy = (a.state(axis)[:n] - b.state(axis)[:n] for axis in "xy")
     return float(np.hypot(dx, dy).max())

@@ -16,6 +16,7 @@ from orchestrator.reproduction.runs import Outcome, command
 from orchestrator.reproduction.varied import varied_content
 from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.results.provenance import versions
+from orchestrator.results.run_folder import RECORDING
 
 FIGURES: Final = "figures"
 """The folder of the figures inside that of the report"""
@@ -101,7 +102,7 @@ def _run(outcome: Outcome, result: Result, folder: Path) -> dict[str, Any]:
         "settings": list(run.settings),
         "command": command(run),
         "folder": run_folder,
-        "recording": f"{run_folder}/recording.rrd",
+        "recording": f"{run_folder}/{RECORDING}",
         "status": summary["status"],
         "fault": summary.get("fault"),
         "metrics": dict(result.metrics),

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from components.interfaces.buses import VehicleState
@@ -37,9 +36,10 @@ from orchestrator.reproduction.paper.evidence import Evidence, Result
 from orchestrator.reproduction.paper.experiments import FigureKind, ReportFigure
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.path_geometry import path_lines
+from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.system.scene import Scene
-from orchestrator.system.shown import BusPaths, shown, signal_path
+from orchestrator.system.shown import BusPaths, signal_path
 
 _LINE_STYLES: Final[Mapping[str, tuple[str, Any, str]]] = {
     "MP tuned": ("#1f6fd1", "-", "o"),
@@ -71,12 +71,12 @@ class Track:
     @classmethod
     def of(cls, outcome: Outcome) -> Track | None:
         """Read the track of a run; None if it has no scene or no rows."""
-        made = ssp_reader.read(outcome.folder / "system.ssp")
-        frame = pd.read_parquet(outcome.folder / "signals.parquet")
-        if made.scene is None or frame.empty:
+        scenario = ssp_reader.read(outcome.folder / SYSTEM)
+        frame = outcome.rows()
+        if scenario.scene is None or frame.empty:
             return None
-        columns = SignalColumns(frame, signals(made.system))
-        return cls(outcome.run.label, columns, shown(made.system), made.scene)
+        columns = SignalColumns(frame, signals(scenario.system))
+        return cls(outcome.run.label, columns, outcome.buses, scenario.scene)
 
     @property
     def x(self) -> Any:
@@ -158,9 +158,9 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
     """The least and the largest x [m] at which a vehicle is to be seen."""
     reach = tracks[0].scene.ego_length
     places = [values for track in tracks for values in (track.x.min(), track.x.max())]
-    found = drawing.obstacles(tracks[0].columns, tracks[0].buses)
-    if found is not None and len(found[0].x):
-        places += [found[0].x.min(), found[0].x.max()]
+    obstacles = drawing.obstacles(tracks[0].columns, tracks[0].buses)
+    if obstacles is not None and len(obstacles[0].x):
+        places += [obstacles[0].x.min(), obstacles[0].x.max()]
     return float(min(places)) - reach, float(max(places)) + reach
 
 

@@ -17,7 +17,7 @@ import pandas as pd
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.record import Variable
 from orchestrator.reproduction import runs
-from orchestrator.reproduction.paper.evidence import Result, more_metrics
+from orchestrator.reproduction.paper.evidence import RecordedRun, Result, more_metrics
 from orchestrator.reproduction.varied import variations
 from orchestrator.reproduction.varied.variations import VariedCase, VariedController, VariedPlan, VariedRequest
 from orchestrator.results import metrics
@@ -80,7 +80,9 @@ def run_case(case: VariedCase, plan: VariedPlan) -> CaseResults:
             continue
         frame, scene, fault = simulate(case, controller, plan.plant)
         buses = shown(_prepared(case.task, controller.controller, plan.plant).system)
-        measured = {**metrics.compute(frame, buses, scene), **more_metrics(frame)} if len(frame) else {}
+        measured: dict[str, float] = {}
+        if len(frame):
+            measured = {**metrics.compute(frame, buses, scene), **more_metrics(RecordedRun(frame, buses))}
         results[controller.name] = Result(
             name=controller.name,
             task=case.task,

@@ -4,7 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from orchestrator.reproduction.paper.evidence import off_path, sign_changes, trajectory_distance
+from components.interfaces.buses import VehicleState, Waypoints
+from orchestrator.reproduction.paper.evidence import RecordedRun, off_path, sign_changes, trajectory_distance
+
+
+def recorded(columns):
+    return RecordedRun(pd.DataFrame(columns), {VehicleState: "plant.state", Waypoints: "controller.path"})
 
 
 @pytest.mark.parametrize(
@@ -23,8 +28,8 @@ def test_sign_changes_count_swings_to_the_other_side(r, changes):
 
 
 def test_the_distance_of_trajectories_is_the_largest_at_the_same_instant():
-    a = pd.DataFrame({"plant.state.x": [0.0, 1.0, 2.0], "plant.state.y": [0.0, 0.0, 0.0]})
-    b = pd.DataFrame({"plant.state.x": [0.0, 4.0], "plant.state.y": [0.0, 4.0]})
+    a = recorded({"plant.state.x": [0.0, 1.0, 2.0], "plant.state.y": [0.0, 0.0, 0.0]})
+    b = recorded({"plant.state.x": [0.0, 4.0], "plant.state.y": [0.0, 4.0]})
     assert trajectory_distance(a, b) == 5.0
     assert trajectory_distance(a, a) == 0.0
 
@@ -32,5 +37,5 @@ def test_the_distance_of_trajectories_is_the_largest_at_the_same_instant():
 def test_the_distance_from_anothers_path_is_taken_at_the_same_instant():
     waypoints = {f"controller.path.x[{i + 1}]": [10.0 * i] * 2 for i in range(15)}
     waypoints |= {f"controller.path.y[{i + 1}]": [0.0, 1.0] for i in range(15)}
-    ego = pd.DataFrame({"plant.state.x": [5.0, 15.0, 25.0], "plant.state.y": [3.0, 1.0, 9.0]})
-    assert off_path(ego, pd.DataFrame(waypoints)) == pytest.approx(np.sqrt(9 / 2))
+    ego = recorded({"plant.state.x": [5.0, 15.0, 25.0], "plant.state.y": [3.0, 1.0, 9.0]})
+    assert off_path(ego, recorded(waypoints)) == pytest.approx(np.sqrt(9 / 2))
