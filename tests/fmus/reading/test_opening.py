@@ -298,7 +298,8 @@ def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):
     source = f'#define EXTRA printf("hello from C\\n");\n#include "echo{version}.c"'
     path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
     program = (
-        "from orchestrator.stepping.master import simulate\nfrom orchestrator.system.system import Fmu, System\n"
+        "from orchestrator.stepping.master import simulate\n"
+        "from orchestrator.system.source import Fmu\nfrom orchestrator.system.system import System\n"
         f"print(len(simulate(System({{'m': Fmu({str(path)!r})}}, {{}}), h=0.1, until=0.5)))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
