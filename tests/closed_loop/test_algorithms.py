@@ -5,12 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmus.toolchain.version import Version
-from orchestrator.results.metrics import compute, verdicts
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
+from fmus import Version
+from orchestrator import Options, load, metrics, shown, simulate
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +14,7 @@ def runs(built_fmus):
     """Rows of `static` by algorithm and by what the blocks run as."""
     found = {}
     for mode in ("blocks", *Version):
-        made = prepare("static", Options(mode=mode))
+        made = load("static", Options(mode=mode))
         for algorithm in ("jacobi", "clocked", *(["sequential"] if mode == "blocks" else [])):
             found[algorithm, mode] = simulate(made.system, h=made.h, until=made.until, algorithm=algorithm)
     return made, found
@@ -51,7 +47,7 @@ def test_jacobi_hands_the_actuation_over_one_step_late(runs):
 def test_one_step_of_delay_costs_friction_and_room(runs):
     made, found = runs
     buses = shown(made.system)
-    direct, late = (compute(found[a, "blocks"], buses, made.scene) for a in ("sequential", "jacobi"))
-    assert verdicts(late)["no_contact"]
+    direct, late = (metrics.compute(found[a, "blocks"], buses, made.scene) for a in ("sequential", "jacobi"))
+    assert metrics.verdicts(late)["no_contact"]
     assert late["mu_f_max"] > direct["mu_f_max"]
     assert late["gap_edge"] < direct["gap_edge"]

@@ -5,20 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmus.toolchain.version import Version
-from orchestrator.results.metrics import compute
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
+from fmus import Version
+from orchestrator import Options, load, metrics, shown, simulate
 
 NAMES = ["static-lqr", "static-stanley", "static-pure-pursuit", "static-two-level-mp"]
 
 
 def run(name, *settings, mode="blocks", **replacements):
-    made = prepare(name, Options(mode=mode, settings=settings, replacements=replacements))
+    made = load(name, Options(mode=mode, settings=settings, replacements=replacements))
     frame = simulate(made.system, h=made.h, until=made.until)
-    return frame, compute(frame, shown(made.system), made.scene)
+    return frame, metrics.compute(frame, shown(made.system), made.scene)
 
 
 # name, settings, and of the prototype: path error rms and largest [m], total variation of r [rad/s], rms r_dot [rad/s2]

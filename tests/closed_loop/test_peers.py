@@ -12,18 +12,12 @@ import pandas as pd
 import pytest
 
 from components import BLOCKS
-from components.interfaces.conversion import Linear
 from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
+from fmus import Version
 from fmus.lowering import lower
-from fmus.toolchain.version import Version
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
+from orchestrator import Fmu, Linear, Options, Scenario, Simulation, System, load
 from orchestrator.ssp import writer as ssp
-from orchestrator.stepping.master import Simulation
-from orchestrator.system.experiment import Scenario
-from orchestrator.system.source import Fmu
-from orchestrator.system.system import System
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Ecos and libcosim are installed on Linux only")
 RUNNER = Path(__file__).parent / "peers.py"
@@ -58,7 +52,7 @@ def jacobi(scenario: Scenario, *, zeros_first: bool = False) -> pd.DataFrame:
 
 @pytest.fixture(scope="module")
 def static(built_fmus, tmp_path_factory):
-    made = prepare("static", Options(mode=Version.FMI2))
+    made = load("static", Options(mode=Version.FMI2))
     path = tmp_path_factory.mktemp("peers") / "static.ssp"
     ssp.write(made, path)
     return made, path

@@ -11,14 +11,9 @@ import numpy as np
 import pytest
 
 from components import BLOCKS
-from components.interfaces.problem import RequestError
+from fmus import Version
 from fmus.modelica.flat import library
-from fmus.toolchain.version import Version
-from orchestrator.results.metrics import compute, verdicts
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
+from orchestrator import Options, RequestError, load, metrics, shown, simulate
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
@@ -60,14 +55,14 @@ def foreign(tmp_path_factory):
 
 
 def drive(plant: str, mode="blocks", **options):
-    made = prepare("static", Options(mode=mode, replacements={"plant": plant}, **options))
+    made = load("static", Options(mode=mode, replacements={"plant": plant}, **options))
     return made, simulate(made.system, h=made.h, until=made.until)
 
 
 def without_contact(made, frame) -> dict[str, float]:
     """The metrics of a run that drives the lane change and touches nothing."""
-    found = compute(frame, shown(made.system), made.scene)
-    assert verdicts(found)["no_contact"]
+    found = metrics.compute(frame, shown(made.system), made.scene)
+    assert metrics.verdicts(found)["no_contact"]
     assert frame["plant.state.x"].iloc[-1] > 110
     assert frame["plant.state.y"].max() > 3
     return found

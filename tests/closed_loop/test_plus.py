@@ -5,19 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmus.toolchain.version import Version
-from orchestrator.results.metrics import compute, verdicts
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
+from fmus import Version
+from orchestrator import Options, load, metrics, shown, simulate
 
 
 def run(scenario, controller, plant, **options):
     replacements = {"controller": controller, "plant": plant}
-    made = prepare(scenario, Options(replacements=replacements, **options))
+    made = load(scenario, Options(replacements=replacements, **options))
     frame = simulate(made.system, h=made.h, until=made.until)
-    return frame, compute(frame, shown(made.system), made.scene)
+    return frame, metrics.compute(frame, shown(made.system), made.scene)
 
 
 @pytest.mark.parametrize("plant", ["bicycle", "bicycle_saturated"])
@@ -30,7 +26,7 @@ def test_it_is_smoother_than_the_tuned_controller_and_within_a_quarter_of_a_metr
             assert rows[name].iloc[0] == pytest.approx(others[name].iloc[0], abs=1e-9)
     assert plus["r_dot_rms"] < tuned["r_dot_rms"]
     assert plus["path_error_rms"] <= 0.25
-    judged = verdicts(plus)
+    judged = metrics.verdicts(plus)
     assert judged["no_contact"]
     assert judged["inside_road"]
     assert judged["within_friction_limit"]
@@ -39,8 +35,8 @@ def test_it_is_smoother_than_the_tuned_controller_and_within_a_quarter_of_a_metr
 @pytest.mark.parametrize("scenario", ["dynamic", "dynamic-slow"])
 def test_moving_traffic_is_avoided(scenario):
     _, plus = run(scenario, "mpc_plus", "bicycle_saturated", mode="blocks")
-    assert verdicts(plus)["no_contact"]
-    assert verdicts(plus)["inside_road"]
+    assert metrics.verdicts(plus)["no_contact"]
+    assert metrics.verdicts(plus)["inside_road"]
 
 
 def test_the_friction_limit_is_respected_on_a_slippery_road():
@@ -62,4 +58,4 @@ def test_behind_an_obstacle_that_cannot_be_passed_it_brakes_and_keeps_its_lane()
     frame, plus = run("static", "mpc_plus", "bicycle_saturated", mode="blocks", settings=settings)
     assert frame["plant.state.v_x"].iloc[-1] < 8
     assert frame["plant.state.y"].abs().max() < 0.3
-    assert verdicts(plus)["no_contact"]
+    assert metrics.verdicts(plus)["no_contact"]

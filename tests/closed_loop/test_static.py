@@ -6,19 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from components.interfaces.buses import SolverStatus
-from fmus.toolchain.version import Version
-from orchestrator.results.metrics import compute, verdicts
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
+from components import SolverStatus
+from fmus import Version
+from orchestrator import Options, load, metrics, shown, simulate
 
 WAYS = ["blocks", Version.FMI2, Version.FMI3]
 
 
 def run(name, **options):
-    made = prepare(name, Options(**options))
+    made = load(name, Options(**options))
     return made, simulate(made.system, h=made.h, until=made.until)
 
 
@@ -53,8 +49,8 @@ def test_blocks_and_fmus_can_be_mixed_freely(static, built_fmus):
 @pytest.mark.parametrize("name", ["static", "static-literal"])
 def test_the_run_ends_without_touching_an_obstacle_or_an_edge(name):
     made, frame = run(name, mode="blocks")
-    found = compute(frame, shown(made.system), made.scene)
-    judged = verdicts(found)
+    found = metrics.compute(frame, shown(made.system), made.scene)
+    judged = metrics.verdicts(found)
     assert judged["no_contact"]
     assert judged["inside_road"]
     assert judged["solver_converged"]
@@ -116,7 +112,7 @@ def test_the_mirrored_scenario_gives_the_mirrored_run(static):
     ids=["iteration_limit", "fallback"],
 )
 def test_a_solve_that_fails_shows_in_the_status_and_the_run_goes_on(settings, status):
-    made = prepare("static", Options(mode="blocks", settings=settings))
+    made = load("static", Options(mode="blocks", settings=settings))
     frame = simulate(made.system, h=made.h, until=0.5)
     assert frame["controller.solver.status"].tolist() == [status] * 6
     assert np.isfinite(frame.to_numpy(float)).all()

@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator import Options, load, simulate
 
 FOLDER = Path(__file__).parent
 SIGNALS = [
@@ -28,7 +26,7 @@ NAMES = ["static", "static-literal"]
 
 
 def table(name):
-    made = prepare(name, Options(mode="blocks"))
+    made = load(name, Options(mode="blocks"))
     frame = simulate(made.system, h=made.h, until=made.until)
     return frame[["time", *SIGNALS]].iloc[::4].reset_index(drop=True).round(9)
 

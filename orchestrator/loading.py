@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Final
+
+from components.interfaces.progress import SILENT, Progress
 
 from components.interfaces.problem import refuse
 from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
@@ -13,11 +15,26 @@ from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named
 
+_UNCHANGED: Final = Options()
 
-def load(request: str, options: Options, progress: Callable[[str], None]) -> Scenario:
-    """What a person asks to run, with the options applied. Raises `RequestError`.
 
-    A scenario by name or file, a system in an `.ssp` file, the system of a former run, or a single FMU.
+def load(request: str, options: Options = _UNCHANGED, progress: Progress = SILENT) -> Scenario:
+    """Load what is to be run, apply the options, and check everything that can be checked before the first step.
+
+    Blocks run as FMUs unless the options say otherwise; the FMUs that are missing or out of date are built.
+
+    Args:
+        request: The name of a scenario, or the path of a scenario file (`.toml`), a system (`.ssp`), a single FMU
+            (`.fmu`) or a run folder.
+        options: What is changed for this run.
+        progress: Receives reports on what is being built.
+
+    Returns:
+        The checked system with its experiment, for `Simulation` or `execute`.
+
+    Raises:
+        RequestError: Something is wrong with the request, with all problems that were found.
+        BuildError: The C compiler failed.
     """
     path = Path(request)
     if path.is_dir():
@@ -26,23 +43,35 @@ def load(request: str, options: Options, progress: Callable[[str], None]) -> Sce
         path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
         return prepare(request, options, progress)
-    if options.replacements or options.mode != Options().mode:
+    if options.replacements or options.mode != _UNCHANGED.mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
         return with_options(single_fmu(path, settings, options), options)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
-    found = ssp_reader.read(
+    scenario = ssp_reader.read(
         path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
     )
     if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
-        found = replace(found, remarks=(*found.remarks, "that run was cut short; this one begins anew"))
-    return with_options(found, options)
+        remark = "that run was cut short; this one begins anew"
+        scenario = replace(scenario, remarks=(*scenario.remarks, remark))
+    return with_options(scenario, options)
 
 
 def with_options(scenario: Scenario, options: Options) -> Scenario:
-    """The scenario with what the options say of how it is run. Raises `RequestError`."""
+    """Apply the options that say how a scenario is run.
+
+    Args:
+        scenario: A system that was read from a file.
+        options: The master algorithm, the treatment of algebraic loops and the recorded signals are taken from them.
+
+    Returns:
+        The changed scenario.
+
+    Raises:
+        RequestError: The options name no master algorithm, or a pattern of recorded signals has another form.
+    """
     return replace(
         scenario,
         algorithm=_algorithm(scenario, options),
@@ -54,5 +83,6 @@ def with_options(scenario: Scenario, options: Options) -> Scenario:
 def _algorithm(scenario: Scenario, options: Options) -> Algorithm:
     if options.algorithm:
         return algorithm_named(options.algorithm)
-    late = scenario.algorithm is Algorithm.JACOBI  # which has no loops to be solved
-    return Algorithm.SEQUENTIAL if options.solve_loops and late else scenario.algorithm
+    # Jacobi has no algebraic loops: where loops are to be solved, another algorithm must be meant.
+    jacobi = scenario.algorithm is Algorithm.JACOBI
+    return Algorithm.SEQUENTIAL if options.solve_loops and jacobi else scenario.algorithm
