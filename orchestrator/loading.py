@@ -6,9 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from components.interfaces.progress import SILENT, Progress
-
 from components.interfaces.problem import refuse
+from components.interfaces.progress import SILENT, Progress
 from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import parse_record, parse_settings, prepare

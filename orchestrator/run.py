@@ -1,4 +1,4 @@
-"""One run from request to folder: prepare, step, record beside it, and keep what there is when something fails."""
+"""One run of a scenario: it is stepped, recorded at the same time, and written to its run folder, whatever ends it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import signal
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from components.interfaces.progress import Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
@@ -29,47 +30,56 @@ from orchestrator.viewing.live import LiveStream
 
 @dataclass(frozen=True)
 class Finished:
-    """What a run left behind."""
+    """A run that has ended."""
 
     folder: Path
+    """The run folder"""
     summary: dict[str, Any]
+    """The content of `summary.json`"""
     ended: SimulationError | KeyboardInterrupt | None
-    """What ended the run before its time"""
+    """What ended the run before its stop time"""
     notes: tuple[str, ...]
-    """What did not go well beside it"""
+    """Problems of the recording and of the live stream, which do not end a run"""
 
 
 @dataclass(frozen=True)
-class Beside:
-    """What goes on beside the stepping, and after it."""
+class Execution:
+    """How a run is executed: what records it, who watches it, how fast it goes, and whether figures are drawn."""
 
-    recording: Recorder
+    recorder: Recorder
+    """Writes `recording.rrd`"""
     live: LiveStream | None = None
-    """Who streams to a viewer"""
+    """Streams the run to a viewer"""
     realtime: float | None = None
-    """Seconds to simulate in a second; as fast as possible if not given"""
+    """Simulated seconds per second of wall time; without it the run goes as fast as it can"""
     figures: bool = True
-    """Whether figures are drawn"""
+
+    @property
+    def recorders(self) -> list[Recorder]:
+        """All that receive the rows of the run."""
+        return [self.recorder] if self.live is None else [self.recorder, self.live]
 
 
-def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None], beside: Beside) -> Finished:
-    """Run `scenario` and write its folder; a fault or Ctrl-C ends the run and keeps every row up to it.
+def execute(scenario: Scenario, out: Path | None, progress: Progress, execution: Execution) -> Finished:
+    """Run a scenario and write its run folder; after a fault or Ctrl-C the folder holds every row up to it.
 
-    Raises `RequestError`.
+    Args:
+        scenario: The system and its experiment, as `load` gives it.
+        out: The run folder, which is new or holds a former run; the next free `runs/NAME-N` if not given.
+        progress: Receives reports on what is going on.
+        execution: How the run is recorded, watched and paced.
+
+    Returns:
+        The folder, the summary, and what ended the run early, if anything did.
+
+    Raises:
+        RequestError: The scenario cannot be simulated, or the folder cannot be used; nothing is written.
     """
-    pacer = None if beside.realtime is None else Pacer(beside.realtime, scenario.h)
-    simulation = Simulation(
-        scenario.system,
-        h=scenario.h,
-        until=scenario.until,
-        record=scenario.record,
-        algorithm=scenario.algorithm,
-        solve_loops=scenario.solve_loops,
-    )
-    streams: list[Recorder] = [beside.recording] if beside.live is None else [beside.recording, beside.live]
-    with ExitStack() as leaving:
+    pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
+    simulation = _simulation(scenario)
+    with ExitStack() as undisturbed:
         with ExitStack() as running:
-            # a library that cannot be loaded leaves no folder
+            # A library that cannot be loaded leaves no folder behind.
             fault = _attempt(lambda: running.enter_context(simulation))
             folder = new_folder(scenario.name, out)
             write_system(scenario, folder)
@@ -77,42 +87,54 @@ def execute(scenario: Scenario, out: Path | None, progress: Callable[[str], None
                 folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
             )
             try:
-                _begin(streams, request, simulation, figures=beside.figures and scenario.scene is not None)
-                progress(f"stepping {scenario.name}")
+                _begin(execution, request, simulation, figures=execution.figures and scenario.scene is not None)
+                progress.now(f"stepping {scenario.name}")
                 ended = fault or _step(simulation, pacer)
-            except KeyboardInterrupt as interrupt:  # before the first step
+            except KeyboardInterrupt as interrupt:  # Ctrl-C before the first step
                 ended = fault or interrupt
-            leaving.enter_context(_undisturbed())  # before units are closed, which may take them a while
-        for stream in streams:
-            stream.end(request.about | summary.ending(ended))
+            # Closing the units may take a while, and Ctrl-C must not interrupt that either.
+            undisturbed.enter_context(_without_interrupts())
+        for recorder in execution.recorders:
+            recorder.end(request.about | summary.ending(ended))
         columns = simulation.columns()
         write_signals(columns, scenario, folder / SIGNALS)
-        told = summary.summary(scenario, simulation, columns, ended)
+        content = summary.summary(scenario, simulation, columns, ended)
         if pacer is not None:
-            told["realtime"] = pacer.report()
-        progress("drawing the figures")  # while the recording is written on another core
-        if beside.figures and (failed := _draw(scenario, columns, folder / FIGURES)):
-            told["figures"] = f"not drawn: {failed}"
-        progress("writing the recording")
-        notes = _recorded(beside, request, simulation, summary.ending(ended))
-        summary.write_summary(told, folder)
-    return Finished(folder, told, ended, notes)
+            content["realtime"] = pacer.report()
+        progress.now("drawing the figures")  # while the recording is written on another core
+        if execution.figures and (failed := _draw(scenario, columns, folder / FIGURES)):
+            content["figures"] = f"not drawn: {failed}"
+        progress.now("writing the recording")
+        notes = _recorded(execution, request, simulation, summary.ending(ended))
+        summary.write_summary(content, folder)
+    return Finished(folder, content, ended, notes)
 
 
-def _begin(streams: Sequence[Recorder], request: RecordingRequest, simulation: Simulation, *, figures: bool) -> None:
+def _simulation(scenario: Scenario) -> Simulation:
+    return Simulation(
+        scenario.system,
+        h=scenario.h,
+        until=scenario.until,
+        record=scenario.record,
+        algorithm=scenario.algorithm,
+        solve_loops=scenario.solve_loops,
+    )
+
+
+def _begin(execution: Execution, request: RecordingRequest, simulation: Simulation, *, figures: bool) -> None:
     """Begin to record; from here on there is a file, whatever happens."""
-    for stream in streams:
-        stream.begin(request, simulation)
+    for recorder in execution.recorders:
+        recorder.begin(request, simulation)
     if figures:
-        with suppress(ImportError):  # `_draw` tells of it
-            import_module("orchestrator.pictures.figures")  # slow, as is a recorder that gets ready on another core
-    for stream in streams:
-        stream.wait_until_open()
+        with suppress(ImportError):  # `_draw` reports it
+            import_module("orchestrator.pictures.figures")  # this takes as long as the recorders need to get ready
+    for recorder in execution.recorders:
+        recorder.wait_until_open()
 
 
 @contextmanager
-def _undisturbed() -> Generator[None]:
-    """What a run leaves behind is written in any case: Ctrl-C waits for the few seconds that it takes."""
+def _without_interrupts() -> Generator[None]:
+    """Ignore Ctrl-C, so that the run folder is completed; this takes a few seconds at most."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -132,7 +154,7 @@ def _attempt(action: Callable[[], object]) -> SimulationError | None:
 
 
 def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | KeyboardInterrupt | None:
-    """Step to the end; what ended it before, if anything."""
+    """Step to the stop time; return what ended the run before it, if anything did."""
     try:
         if pacer is None:
             simulation.run()
@@ -147,28 +169,28 @@ def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | Keyb
 
 
 def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
-    """Draw the figures of signals that have no gaps; what went wrong, in a line, or nothing."""
+    """Draw the figures of signals without gaps; return what went wrong in one line, or an empty text."""
     whole = {"time", *without_gaps(scenario.system, scenario.record)}
     rows = {name: values for name, values in columns.items() if name in whole}
     if scenario.scene is None or not len(rows["time"]):
         return ""
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its cache of fonts is nothing to tell of a run
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs that it builds its font cache
     try:
         from orchestrator.pictures import figures  # noqa: PLC0415 - slow to import
 
         with warnings.catch_warnings(action="ignore"):
             figures.draw(rows, scenario.system, scenario.scene, folder)
-    except Exception as error:  # noqa: BLE001 - the run is worth its while without them, and the summary tells
+    except Exception as error:  # noqa: BLE001 - figures are best effort, and the summary reports it
         return traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
     return ""
 
 
 def _recorded(
-    beside: Beside, request: RecordingRequest, simulation: Simulation, ending: Mapping[str, str]
+    execution: Execution, request: RecordingRequest, simulation: Simulation, ending: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """Wait for the recording and the viewer; notes on what went wrong."""
-    problem = beside.recording.wait()
-    if problem:  # its process died, but the rows are here
+    """Wait for the recording and for the viewer; return notes on what went wrong."""
+    problem = execution.recorder.wait()
+    if problem:  # The recording process died, but this process still has all rows.
         again = Afterwards()
         again.begin(request, simulation)
         again.end({**request.about, **ending})
@@ -176,12 +198,12 @@ def _recorded(
     missing = len(simulation.log.at_every_tick) < len(paces(simulation.system, EVERYTHING))
     notes = ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []
     notes += [f"recording.rrd is not whole: {problem}"] if problem else []
-    notes += [behind] if beside.live is not None and (behind := beside.live.wait()) else []
+    notes += [behind] if execution.live is not None and (behind := execution.live.wait()) else []
     return tuple(notes)
 
 
 def _about(scenario: Scenario) -> dict[str, str]:
-    """The run's provenance, for a person who looks at its recording."""
+    """The provenance of the run, which its recording shows."""
     units = summary.units(scenario.system)
     return {
         "scenario": f"{scenario.name}: {scenario.title}",

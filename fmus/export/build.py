@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from components.interfaces.progress import SILENT, Progress
 from fmus.export.compilation import Compilation
 from fmus.export.fingerprint import Stamp, stamp
 from fmus.toolchain.archives import writable_folder
@@ -54,20 +55,20 @@ def build(block: type[Block[Any, Any, Any]], version: Version, start: Mapping[st
         RequestError: A start value is wrong, the folder cannot be written to, or there is no compiler.
         BuildError: The compiler fails.
     """
-    return build_all([(block, version, start)], folder, lambda _: None)[0]
+    return build_all([(block, version, start)], folder, SILENT)[0]
 
 
 def build_all(
     requests: Sequence[tuple[type[Block[Any, Any, Any]], Version, Mapping[str, Any]]],
     folder: Path,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> list[Built]:
     """Build several FMUs on all cores.
 
     Args:
         requests: Block, version of FMI and start values of each FMU, as `build` takes them.
         folder: The folder of all FMUs.
-        progress: Is told of each FMU that had to be built.
+        progress: Receives a report on each FMU that had to be built.
 
     Returns:
         The FMUs in the order of the requests.
@@ -140,7 +141,7 @@ def _job(
     return _Job(block, version, column, path, stamp(block, version, column, compiler))
 
 
-def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Callable[[str], None]) -> None:
+def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Progress) -> None:
     """Generate C in this thread, because CasADi is not thread-safe, while other threads compile what is generated."""
     alike: dict[tuple[Any, bytes], list[_Job]] = {}
     for job in sorted(jobs, key=lambda job: not job.block.staged):  # the long compilations first
@@ -159,6 +160,6 @@ def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Callable[[str], N
             ]
             for job, done in written:
                 done.result()
-                progress(f"built {job.block.name} for FMI {job.version}.0")
+                progress.done(f"built {job.block.name} for FMI {job.version}.0")
         finally:
             pool.shutdown(cancel_futures=True)

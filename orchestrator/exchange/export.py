@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
+from components.interfaces.progress import Progress
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
-from orchestrator.load import load
+from orchestrator.loading import load
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
 
@@ -31,7 +32,7 @@ class Written:
     remarks: tuple[str, ...]
 
 
-def write(request: str, options: Options, targets: Targets, progress: Callable[[str], None]) -> Written:
+def write(request: str, options: Options, targets: Targets, progress: Progress) -> Written:
     """Write the system of a scenario, an `.ssp` file or a run folder as the files that are wanted.
 
     Nothing is written when anything is wrong. Raises `RequestError`.
@@ -43,7 +44,7 @@ def write(request: str, options: Options, targets: Targets, progress: Callable[[
     raise_if_any(problem for name, source in units.items() if (problem := source.foreign_problem(name)) is not None)
     lines: list[str] = []
     if targets.container is not None:
-        progress("putting the FMUs into one")
+        progress.now("putting the FMUs into one")
         container.write(scenario, targets.container)
         version = 2 if ssp.is_old(scenario.system) else 3
         lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import refuse
+from components.interfaces.progress import Progress
 from orchestrator.reproduction import runs, timing
 from orchestrator.reproduction.paper import claims, evidence, goals
 from orchestrator.reproduction.paper.evidence import Evidence
@@ -33,14 +33,14 @@ class Reproduced:
 
 
 def reproduce(
-    experiments: Experiments, folder: Path, progress: Callable[[str], None], varied: VariedSet | None = None
+    experiments: Experiments, folder: Path, progress: Progress, varied: VariedSet | None = None
 ) -> Reproduced:
     """Run all experiments and write the report.
 
     Args:
         experiments: The list of experiments.
         folder: The folder of the report, made by `new_folder`.
-        progress: Called with a text at the beginning of each part of the work.
+        progress: Receives a report at the beginning of each part of the work.
         varied: The results of the varied set, if the report is to contain them.
     """
     (folder / EXPERIMENTS_FILE).write_text(experiments.model_dump_json(indent=2) + "\n", encoding="utf-8")
@@ -48,13 +48,13 @@ def reproduce(
         runs.build(experiments, progress)
         outcomes = runs.execute_all(experiments.all_runs(), folder / "runs", pool, progress)
         times = timing.measure(experiments.timing, outcomes, progress) if experiments.timing is not None else []
-        progress("looking at the runs")
+        progress.now("looking at the runs")
         gathered = evidence.gather(experiments, outcomes, times)
-        progress("drawing the figures")
+        progress.now("drawing the figures")
         figures = _drawn(experiments, outcomes, gathered, folder, pool)
         judged = _judged(varied, folder) if varied is not None else None
     verdicts = claims.decide(gathered)
-    progress("writing the report")
+    progress.now("writing the report")
     goal = goals.nominal(gathered)
     report.write(report.Report(experiments, outcomes, gathered, verdicts, [goal], figures, judged), folder)
     return Reproduced(folder, tuple(verdicts))

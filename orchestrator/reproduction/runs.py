@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import Any, Final
 import pandas as pd
 
 from components import BLOCKS
+from components.interfaces.progress import SILENT, Progress
 from components.interfaces.sockets import CONTROLLER, PLANT
 from fmus.toolchain.version import Version
 from orchestrator import run as runner
@@ -71,7 +72,7 @@ def processes() -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
 
 
-def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
+def build(experiments: Experiments, progress: Progress) -> None:
     """Build every FMU that the experiments need, before several processes ask for the same one."""
     runs = experiments.all_runs()
     blocks = {name for run in runs for name in (run.plant, run.controller)}
@@ -80,13 +81,13 @@ def build(experiments: Experiments, progress: Callable[[str], None]) -> None:
     build_blocks(blocks, {run.scenario for run in runs}, progress)
 
 
-def build_blocks(blocks: Collection[str], scenarios: Collection[str], progress: Callable[[str], None]) -> None:
+def build_blocks(blocks: Collection[str], scenarios: Collection[str], progress: Progress) -> None:
     """Build the FMUs of those that are native among some blocks and those that scenarios contain.
 
     Args:
         blocks: The blocks that replace the plant and the controller of the scenarios.
         scenarios: The scenarios.
-        progress: Called with a text for each FMU that is built.
+        progress: Receives a report on each FMU that is built.
     """
     fillings = (filling for name in scenarios for filling in scenario_file.read(name)[1].units.items())
     kept = {part.block for socket, part in fillings if socket not in _REPLACED and part.block is not None}
@@ -97,14 +98,14 @@ def build_blocks(blocks: Collection[str], scenarios: Collection[str], progress: 
 def execute(run: RunPlan, folder: Path) -> Outcome:
     """Execute one run and write its folder; runs of a sweep get no figures."""
     scenario = prepare.prepare(run.scenario, options(run))
-    beside = runner.Beside(Afterwards(), figures=run.role is not RunRole.SWEEP)
-    summary = runner.execute(scenario, folder, lambda _: None, beside).summary
+    execution = runner.Execution(Afterwards(), figures=run.role is not RunRole.SWEEP)
+    summary = runner.execute(scenario, folder, SILENT, execution).summary
     figures = (f"figures {summary['figures']}",) if "figures" in summary else ()
     return Outcome(run, folder, shown(scenario.system), scenario.remarks + figures)
 
 
 def execute_all(
-    runs: Sequence[RunPlan], folder: Path, pool: ProcessPoolExecutor, progress: Callable[[str], None]
+    runs: Sequence[RunPlan], folder: Path, pool: ProcessPoolExecutor, progress: Progress
 ) -> dict[str, Outcome]:
     """Execute all runs, each in `folder/NAME`.
 
@@ -119,5 +120,5 @@ def execute_all(
     for future in as_completed(futures):
         outcome = future.result()
         outcomes[outcome.run.name] = outcome
-        progress(f"run {len(outcomes)} of {len(runs)}: {outcome.run.name}")
+        progress.now(f"run {len(outcomes)} of {len(runs)}: {outcome.run.name}")
     return {run.name: outcomes[run.name] for run in runs}

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from components import BLOCKS
+from components.interfaces.progress import Progress
 from components.interfaces.quantity import DTYPES, Type
 from components.interfaces.sockets import CONTROLLER
 from fmus.units.unit import Column, Unit, positions, widths
@@ -30,7 +31,7 @@ TIMED_PASSES: Final = 3
 """How often all states are sampled, after the pass that does not count"""
 
 
-def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Callable[[str], None]) -> list[Timing]:
+def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Progress) -> list[Timing]:
     """Measure the controllers of a plan; a native one in this process and as an FMU.
 
     Returns:
@@ -46,7 +47,7 @@ def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Callabl
     times: dict[tuple[str, str], list[float]] = {key: [] for key in scenarios}
     for number in range(TIMED_PASSES + 1):
         for (name, way), scenario in scenarios.items():
-            progress(f"timing {name}, {way}, pass {number} of {TIMED_PASSES}")
+            progress.now(f"timing {name}, {way}, pass {number} of {TIMED_PASSES}")
             samples = _pass(scenario, frame)
             times[name, way] += samples if number else []
     reference = times[plan.ratio_to, IN_PROCESS]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import fmus
 from components import BLOCKS, EXTRAS
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.progress import Progress
 from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
@@ -60,7 +61,7 @@ def ensure_built(
     blocks: Sequence[type[Block[Any, Any, Any]]],
     versions: Sequence[Version],
     folder: Path,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> dict[tuple[str, Version], Path]:
     """Build the FMUs that are missing or out of date.
 
@@ -79,7 +80,7 @@ def ensure_built(
 
 
 def build_models(
-    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Callable[[str], None]
+    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Progress
 ) -> list[Path]:
     """Build the FMUs of Modelica files.
 
@@ -96,6 +97,6 @@ def build_models(
     raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
     found: list[Path] = []
     for request in requests:
-        progress(f"building {request}")
+        progress.now(f"building {request}")
         found += [build_modelica(request, version, folder).path for version in versions]
     return found

@@ -1,4 +1,4 @@
-"""What a person changes of a scenario for one run."""
+"""What a person changes of a scenario for one run, on the command line or from Python."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ class Options:
 
     mode: Mode = Version.FMI3
     replacements: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Block name or FMU file by socket"""
+    """By socket another unit: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)"""
     settings: Sequence[str] = ()
-    """`controller.b_3=1e-2`"""
+    """Parameter values, such as `controller.b_3=1e-2`"""
     step: float | None = None
+    """Macro step [s]; that of the scenario if not given"""
     stop_time: float | None = None
+    """End of the run [s]; that of the scenario if not given"""
     record: Sequence[str] = ()
-    """`controller.plan.*:10`"""
+    """Patterns of the signals that are recorded, such as `controller.plan.*:10` for every tenth tick"""
     algorithm: str | None = None
+    """Master algorithm: `sequential`, `jacobi` or `clocked`; that of the scenario if not given"""
     solve_loops: bool = False
+    """Whether algebraic loops are solved by iteration instead of being refused"""
     lenient: bool = False
-    """Whether FMUs run though they break rules"""
+    """Whether files are used though they break rules of FMI or SSP"""
     isolate: Sequence[str] = ()
-    """`plant:5`: units in processes of their own, and for how long [s] a call may take"""
+    """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s"""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
 from fmus.modelica.build_modelica import build_modelica, is_modelica
@@ -39,13 +40,16 @@ from orchestrator.system.source import Fmu, InProcess, UnitSource
 from orchestrator.system.system import System
 
 
-def prepare(request: str, options: Options, progress: Callable[[str], None] = lambda _: None) -> Scenario:
+def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scenario:
     """Read a scenario, apply the options, build the FMUs it needs, and check everything.
 
     Args:
         request: The name of a scenario that comes with macrostep, or the path of a `.toml` file.
         options: What a person changes of it.
-        progress: Hears what is going on.
+        progress: Receives reports on what is being built.
+
+    Returns:
+        The checked system with its experiment.
 
     Raises:
         RequestError: With everything that is wrong.
@@ -89,7 +93,7 @@ def prepare(request: str, options: Options, progress: Callable[[str], None] = la
 
 
 def _fillings(
-    request: str, content: ScenarioFile, options: Options, progress: Callable[[str], None]
+    request: str, content: ScenarioFile, options: Options, progress: Progress
 ) -> tuple[dict[str, SocketFilling], dict[str, MappingFile | None], list[str]]:
     """What fills each socket, as the scenario says and a person's options change it; mapping files, and remarks."""
     fillings: dict[str, SocketFilling] = {}
@@ -126,11 +130,11 @@ def _seconds(where: str, given: Given, valid: str, above: float = -math.inf) -> 
     raise refuse(where, f"`{given.value}` in `{given.unit}`", valid)
 
 
-def _as_fmu(request: str, socket: str, mode: Mode, progress: Callable[[str], None]) -> str:
+def _as_fmu(request: str, socket: str, mode: Mode, progress: Progress) -> str:
     """The FMU of a Modelica file, built now; any other request as it is."""
     if not is_modelica(request):
         return request
-    progress(f"building {request}")
+    progress.now(f"building {request}")
     version = Version.FMI3 if mode == "blocks" else mode
     return str(build_modelica(request, version, built_folder() / "modelica", socket).path)
 
@@ -153,7 +157,7 @@ def _replaced(
     return SocketFilling(block=replacement, parameters=kept, step=filling.step)
 
 
-def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Callable[[str], None]) -> dict[str, UnitSource]:
+def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> dict[str, UnitSource]:
     """The sources of all units; blocks that run as FMUs are built together, so that compilers work side by side."""
     files: dict[tuple[str, Version], Path] = {}
     if mode != "blocks":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from orchestrator import SILENT
 from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
 from orchestrator.reproduction.varied import variations, varied_set
@@ -13,7 +14,7 @@ from orchestrator.reproduction.varied import variations, varied_set
 def test_reproduce(benchmark, built_fmus, tmp_path):
     wanted = experiments.load()
     folder = new_folder(tmp_path / "report")
-    benchmark.pedantic(reproduce, args=(wanted, folder, lambda _: None), rounds=1)
+    benchmark.pedantic(reproduce, args=(wanted, folder, SILENT), rounds=1)
 
 
 @pytest.mark.slow

@@ -11,13 +11,9 @@ import numpy as np
 import pytest
 
 from components.interfaces.quantity import DTYPES
-from fmus.reading.opening import open_fmu
-from fmus.toolchain.version import Version
-from fmus.units.make import fmu_unit
+from fmus import Version, fmu_unit, open_fmu
 from fmus.units.unit import widths
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import Simulation
+from orchestrator import Options, Simulation, prepare
 
 STEPS = 1000
 

@@ -23,12 +23,13 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
+from components.interfaces.progress import SILENT
 from orchestrator import run
 from orchestrator.pictures.signals import signals
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import run_folder
-from orchestrator.run import Beside, execute
+from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
@@ -79,7 +80,7 @@ def assert_same_values(folder, system):
 def test_the_recording_and_the_parquet_file_hold_the_same_values(tmp_path, record):
     made = static(stop_time=3.0, record=record)
     with RecordingProcess() as recording:
-        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, figures=False))
+        finished = execute(made, tmp_path / "r", SILENT, Execution(recording, figures=False))
     partly = "not every signal is recorded at every tick; what is computed from it is left out"
     assert finished.notes == ((partly,) if record else ())
     assert_same_values(tmp_path / "r", made.system)
@@ -87,9 +88,9 @@ def test_the_recording_and_the_parquet_file_hold_the_same_values(tmp_path, recor
 
 def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
     made = static(stop_time=2.0)
-    execute(made, tmp_path / "fast", lambda _: None, Beside(Afterwards(), figures=False))
+    execute(made, tmp_path / "fast", SILENT, Execution(Afterwards(), figures=False))
     with RecordingProcess() as recording:
-        execute(made, tmp_path / "paced", lambda _: None, Beside(recording, realtime=2.0, figures=False))
+        execute(made, tmp_path / "paced", SILENT, Execution(recording, realtime=2.0, figures=False))
     assert_same_values(tmp_path / "paced", made.system)
     fast, paced = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("fast", "paced"))
     assert fast.equals(paced)
@@ -106,7 +107,7 @@ def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
 
 def test_a_fault_stands_in_the_log_of_the_recording_and_on_its_page(tmp_path):
     finished = execute(
-        static(settings=["plant.C_alpha_f=1e300"]), tmp_path / "r", str, Beside(Afterwards(), figures=False)
+        static(settings=["plant.C_alpha_f=1e300"]), tmp_path / "r", SILENT, Execution(Afterwards(), figures=False)
     )
     tick, reason = (finished.summary["fault"][name] for name in ("tick", "reason"))
     assert str(finished.ended) == f"tick {tick} (t = {tick * 0.1:g} s), unit `plant`: {reason}"
@@ -127,7 +128,7 @@ def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(t
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
         monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 16 else None)
-        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, realtime=1.5, figures=False))
+        finished = execute(made, tmp_path / "r", SILENT, Execution(recording, realtime=1.5, figures=False))
     assert finished.notes == ()
     assert_same_values(tmp_path / "r", made.system)
     assert not (tmp_path / "r" / ".recording.rrd").exists(), "what that process had begun"
@@ -139,7 +140,7 @@ def test_when_the_recording_process_hangs_the_recording_is_written_all_the_same(
     with RecordingProcess() as recording:
         stop = recording._process.send_signal
         monkeypatch.setattr(Pacer, "done", lambda _, tick: stop(signal.SIGSTOP) if tick == 10 else None)
-        finished = execute(made, tmp_path / "r", lambda _: None, Beside(recording, realtime=4.0, figures=False))
+        finished = execute(made, tmp_path / "r", SILENT, Execution(recording, realtime=4.0, figures=False))
     assert finished.notes == ()
     assert_same_values(tmp_path / "r", made.system)
 
@@ -149,7 +150,7 @@ def test_a_recording_that_cannot_be_written_is_told_of_and_nothing_else_is_missi
         raise ValueError("no room")
 
     monkeypatch.setattr("orchestrator.recording.recording.Recording.close", close)
-    finished = execute(static(stop_time=1.0), tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
+    finished = execute(static(stop_time=1.0), tmp_path / "r", SILENT, Execution(Afterwards(), figures=False))
     assert finished.notes == ("recording.rrd is not whole: ValueError: no room",)
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["status"] == "finished"
     assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 11
@@ -157,18 +158,18 @@ def test_a_recording_that_cannot_be_written_is_told_of_and_nothing_else_is_missi
 
 def test_metrics_that_need_what_was_not_recorded_are_left_out(tmp_path):
     made = static(stop_time=2.0, record=["plant.state.*"])
-    finished = execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
+    finished = execute(made, tmp_path / "r", SILENT, Execution(Afterwards(), figures=False))
     assert {"r_peak", "gap_edge", "v_x_max"} <= finished.summary["metrics"].keys()
     assert not {"gap_obstacle", "path_error_max", "mu_f_max"} & finished.summary["metrics"].keys()
     made = static(stop_time=2.0, record=["*:3", "plant.state.x"])
-    finished = execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards(), figures=False))
+    finished = execute(made, tmp_path / "r", SILENT, Execution(Afterwards(), figures=False))
     assert finished.summary["metrics"] == {}
     assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 21
 
 
 @pytest.mark.parametrize("record", [["plant.*", "controller.*:4"], ["*:2"], ["traffic.*:2", "plant.*:3"]], ids=str)
 def test_figures_are_drawn_of_signals_that_have_no_gaps(tmp_path, record):
-    execute(static(stop_time=2.0, record=record), tmp_path / "r", lambda _: None, Beside(Afterwards()))
+    execute(static(stop_time=2.0, record=record), tmp_path / "r", SILENT, Execution(Afterwards()))
     drawn = {path.stem for path in (tmp_path / "r" / "figures").iterdir()}
     assert ("yaw_rate" in drawn) == (len(record) == 1 or record[0] == "plant.*")
     assert ("path_error" in drawn) == (len(record) == 1)
@@ -181,7 +182,7 @@ def test_figures_that_cannot_be_drawn_are_told_of_and_nothing_else_is_missing(tm
 
     monkeypatch.setattr("orchestrator.pictures.figures.draw", draw)
     made = static(stop_time=1.0)
-    execute(made, tmp_path / "r", lambda _: None, Beside(Afterwards()))
+    execute(made, tmp_path / "r", SILENT, Execution(Afterwards()))
     told = json.loads((tmp_path / "r" / "summary.json").read_text())
     assert (told["figures"], told["status"]) == ("not drawn: at all", "finished")
     assert_same_values(tmp_path / "r", made.system)
@@ -215,7 +216,7 @@ def test_ctrl_c_once_more_does_not_disturb_what_the_first_began(tmp_path, monkey
     monkeypatch.setattr(run.Simulation, "close", press)
     with RecordingProcess() as recording:
         finished = execute(
-            static(stop_time=2.0), tmp_path / "r", lambda _: None, Beside(recording, realtime=100.0, figures=False)
+            static(stop_time=2.0), tmp_path / "r", SILENT, Execution(recording, realtime=100.0, figures=False)
         )
     assert (finished.summary["status"], finished.summary["experiment"]["ticks"]) == ("interrupted", 4)
     assert_same_values(tmp_path / "r", static().system)
@@ -250,7 +251,7 @@ def test_there_is_a_recording_before_the_first_step(tmp_path, monkeypatch):
 
     monkeypatch.setattr(run, "_step", step)
     with RecordingProcess() as recording:
-        execute(static(stop_time=0.5), tmp_path / "r", lambda _: None, Beside(recording))
+        execute(static(stop_time=0.5), tmp_path / "r", SILENT, Execution(recording))
     assert there[0] > 0
     assert recorded_ticks(tmp_path / "r" / "recording.rrd") == 6
 
@@ -264,7 +265,7 @@ def run_to_be_killed(folder, stepped, recorder_pid):
     Pacer.done = done
     with RecordingProcess() as recording:
         recorder_pid.value = recording._process.pid
-        execute(static(stop_time=1000.0), folder, lambda _: None, Beside(recording, realtime=1.0, figures=False))
+        execute(static(stop_time=1000.0), folder, SILENT, Execution(recording, realtime=1.0, figures=False))
 
 
 def killed(context, folder, seed):
@@ -397,11 +398,11 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
         )
         for each in (alone, recording, viewing):
             stack.enter_context(each)
-        execute(made, tmp_path / "alone", lambda _: None, Beside(alone, realtime=2.0, figures=False))
+        execute(made, tmp_path / "alone", SILENT, Execution(alone, realtime=2.0, figures=False))
         tails.append(time.monotonic() - [*ended.values()][-1])
         monkeypatch.setattr(Pacer, "done", lambda _, tick: stop() if tick == 20 else None)
-        beside = Beside(recording, viewing, realtime=2.0, figures=False)
-        finished = execute(made, tmp_path / "watched", lambda _: None, beside)
+        execution = Execution(recording, viewing, realtime=2.0, figures=False)
+        finished = execute(made, tmp_path / "watched", SILENT, execution)
         tails.append(time.monotonic() - [*ended.values()][-1])
     assert tails[1] < max(3.0, tails[0] + live._FOLLOWS_WITHIN + 1.0)
     alone, watched = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("alone", "watched"))

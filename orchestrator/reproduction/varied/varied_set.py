@@ -15,6 +15,7 @@ from functools import cache
 import pandas as pd
 
 from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import RecordedRun, Result, more_metrics
@@ -54,7 +55,7 @@ class VariedSet:
     cases: tuple[CaseResults, ...]
 
 
-def build(request: VariedRequest, progress: Callable[[str], None]) -> None:
+def build(request: VariedRequest, progress: Progress) -> None:
     """Build the FMUs that the cases need."""
     blocks = {request.plan.plant, *(controller.controller for controller in request.plan.controllers)}
     runs.build_blocks(blocks, set(variations.TASKS), progress)

@@ -10,11 +10,13 @@ import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock, call
 
 import pytest
 
 from components import BLOCKS
 from components.interfaces.problem import RequestError
+from components.interfaces.progress import SILENT
 from fmus.export import compilation, fingerprint
 from fmus.export.build import BuildError, build, build_all
 from fmus.toolchain import compiler
@@ -88,11 +90,11 @@ def test_token_depends_on_start_values_only(start_of: Start, tmp_path: Path) -> 
 
 
 def test_progress_hears_of_what_is_built(start_of: Start, tmp_path: Path) -> None:
-    heard: list[str] = []
+    progress = Mock()
     requests = [(STATIONARY, version, stationary(start_of)) for version in Version]
-    build_all(requests[:1], tmp_path, heard.append)
-    build_all(requests, tmp_path, heard.append)
-    assert heard == ["built stationary for FMI 2.0", "built stationary for FMI 3.0"]
+    build_all(requests[:1], tmp_path, progress)
+    build_all(requests, tmp_path, progress)
+    assert progress.mock_calls == [call.done("built stationary for FMI 2.0"), call.done("built stationary for FMI 3.0")]
 
 
 def test_nothing_but_the_fmu_is_left_behind(start_of: Start, tmp_path: Path) -> None:
@@ -191,7 +193,7 @@ def test_the_same_request_twice_is_one(start_of: Start, tmp_path: Path) -> None:
 def test_two_sets_of_start_values_for_one_file_are_refused(start_of: Start, tmp_path: Path) -> None:
     requests = [(STATIONARY, Version.FMI2, stationary(start_of, x_start=x)) for x in (1.0, 2.0)]
     with pytest.raises(RequestError) as raised:
-        build_all(requests, tmp_path, lambda _: None)
+        build_all(requests, tmp_path, SILENT)
     assert str(raised.value) == (
         f"{tmp_path / 'fmi2' / 'stationary.fmu'}: found two requests with different start values; "
         "valid: one set of start values for a file. Build one, and set the other's parameters when it is used."

@@ -30,6 +30,7 @@ from lxml import etree
 
 from components import BLOCKS
 from components.interfaces.block import Sampled
+from components.interfaces.progress import SILENT
 from components.interfaces.record import groups
 from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT
 from fmus.export.build import build_all
@@ -110,7 +111,7 @@ def unpacked_library(path: Path, version: Version, name: str, folder: Path) -> P
 
 def test_building_twice_gives_the_same_bytes(built: Built, start_of: Callable[[str], Any], tmp_path: Path) -> None:
     requests = [(BLOCKS[name], v, start_of(name)) for name in ("bicycle", "ramp_traffic", "coast") for v in Version]
-    for again in build_all(requests, tmp_path, lambda _: None):
+    for again in build_all(requests, tmp_path, SILENT):
         first = built[again.path.stem, Version(int(again.path.parent.name[-1]))]
         assert again.path.read_bytes() == first.read_bytes(), again.path
 

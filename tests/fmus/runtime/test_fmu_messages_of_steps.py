@@ -17,6 +17,7 @@ from fmpy import fmi2, fmi3
 from components.interfaces.block import Block, block
 from components.interfaces.buses import VehicleState
 from components.interfaces.maths import sqrt
+from components.interfaces.progress import SILENT
 from components.interfaces.quantity import quantity
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs
 from fmus.export.build import build_all
@@ -50,7 +51,7 @@ class Awkward(Block[PlantInputs, VehicleState, PlantOutputs]):
 @pytest.fixture(scope="session")
 def awkward(tmp_path_factory: pytest.TempPathFactory) -> Built:
     requests = [(Awkward, version, {"a": 4.0}) for version in Version]
-    made = build_all(requests, tmp_path_factory.mktemp("awkward"), lambda _: None)
+    made = build_all(requests, tmp_path_factory.mktemp("awkward"), SILENT)
     return {("awkward", version): b.path for version, b in zip(Version, made, strict=True)}
 
 

@@ -8,6 +8,7 @@ import re
 import pytest
 
 from components.interfaces.problem import RequestError
+from components.interfaces.progress import SILENT
 from orchestrator.reproduction.paper import experiments
 from orchestrator.reproduction.reproduce import new_folder, reproduce
 from orchestrator.reproduction.varied import variations
@@ -68,7 +69,7 @@ def made(built_fmus, tmp_path_factory):
     (root / "list.toml").write_text(LIST)
     request = variations.request(3, seed=5)
     driven = driving.run(request, lambda: None)
-    return reproduce(experiments.load(root / "list.toml"), new_folder(root / "report"), lambda _: None, driven)
+    return reproduce(experiments.load(root / "list.toml"), new_folder(root / "report"), SILENT, driven)
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
+from components.interfaces.progress import SILENT
 from fmus.toolchain.version import Version
 from fmus.units.isolated_unit import PATIENCE
-from orchestrator.load import load
+from orchestrator.loading import load
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -38,8 +39,8 @@ def test_a_run_from_its_folder_is_isolated_again(built_fmus, in_tmp_path, macros
     assert macrostep("run", *request, "--out", "first")[0] == 0
     assert macrostep("run", "first", "--out", "again")[0] == 0
     for folder in ("first", "again"):
-        assert load(folder, Options(), lambda _: None).system.units["plant"].isolated == 7.5
-    later = load("again", Options(isolate=["plant:9"]), lambda _: None)
+        assert load(folder, Options(), SILENT).system.units["plant"].isolated == 7.5
+    later = load("again", Options(isolate=["plant:9"]), SILENT)
     assert later.system.units["plant"].isolated == 9.0
     assert (in_tmp_path / "first" / "system.ssp").read_bytes() == (in_tmp_path / "again" / "system.ssp").read_bytes()
 

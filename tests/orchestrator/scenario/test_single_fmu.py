@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.load import load
+from components.interfaces.progress import SILENT
+from orchestrator.loading import load
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import simulate
 
 
 def loaded(path, **options):
-    return load(str(path), Options(**options), lambda _: None)
+    return load(str(path), Options(**options), SILENT)
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -16,8 +16,9 @@ import pytest
 from rerun.chunk import RrdReader
 
 from components.interfaces.problem import RequestError
+from components.interfaces.progress import SILENT
 from orchestrator.recording.recording import Afterwards
-from orchestrator.run import Beside, execute
+from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
@@ -223,8 +224,8 @@ def test_a_viewer_sees_what_the_recording_holds(tmp_path, monkeypatch, wanted):
         LiveStream(wish_, lambda _: None) as stream,
         saving(stream._url, tmp_path / "seen.rrd"),
     ):
-        beside = Beside(Afterwards(), stream, realtime=1.0, figures=False)
-        finished = execute(made, tmp_path / "r", lambda _: None, beside)
+        execution = Execution(Afterwards(), stream, realtime=1.0, figures=False)
+        finished = execute(made, tmp_path / "r", SILENT, execution)
         expected = values(tmp_path / "r" / "recording.rrd")
         deadline = time.monotonic() + 20
         while not (seen := values(tmp_path / "seen.rrd")).get("/signals/plant/state/x", {}).get(20):
