@@ -12,19 +12,15 @@ import pandas as pd
 import pytest
 import typer
 
+from components import SOCKETS
+from orchestrator import SILENT, Execution, Options, execute, load, metrics, shown, simulate
 from orchestrator.command import main
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.recording.recording import Afterwards
-from orchestrator.results.metrics import compute
-from orchestrator.run import Beside, execute
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
-from orchestrator.system.shown import shown
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMAND = typer.main.get_command(main.app)
+COMMAND = typer.main.get_command(main.application(SOCKETS.values()))
 
 
 def blocks(language: str = "") -> list[str]:
@@ -92,14 +88,14 @@ def test_what_a_scenario_records_is_said_so(tmp_path):
     path = tmp_path / "mine.toml"
     text = block("toml", "[record]")
     path.write_text((ROOT / "orchestrator/scenarios/static.toml").read_text() + text, encoding="utf-8")
-    assert prepare(str(path), Options(mode="blocks")).record == tomllib.loads(text)["record"]
+    assert load(str(path), Options(mode="blocks")).record == tomllib.loads(text)["record"]
 
 
 @pytest.fixture(scope="module")
 def static_1(tmp_path_factory):
     """A run folder, runs/static-1."""
     folder = tmp_path_factory.mktemp("readme") / "runs" / "static-1"
-    execute(prepare("static", Options(mode="blocks")), folder, lambda _: None, Beside(Afterwards()))
+    execute(load("static", Options(mode="blocks")), folder, SILENT, Execution(Afterwards()))
     return folder
 
 
@@ -141,9 +137,9 @@ def test_a_run_folder_holds_what_the_table_says(static_1):
 
 
 def measured(scenario: str, controller: str, plant: str = "bicycle", **options) -> dict[str, float]:
-    made = prepare(scenario, Options(mode="blocks", replacements={"controller": controller, "plant": plant}))
+    made = load(scenario, Options(mode="blocks", replacements={"controller": controller, "plant": plant}))
     frame = simulate(made.system, h=made.h, until=made.until, **options)
-    return compute(frame, shown(made.system), made.scene)
+    return metrics.compute(frame, shown(made.system), made.scene)
 
 
 def assert_shown(text: str, value: float) -> None:

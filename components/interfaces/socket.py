@@ -61,6 +61,8 @@ class Socket:
         acts_through_step: Whether inputs act on outputs through the step only, as the state of a vehicle does: an FMU
             that leaves its dependencies open is then taken to have no direct feedthrough.
         essential: Whether every scenario fills the socket.
+        substitute: What the command calls a different unit for the socket, such as `Other traffic`; `Another NAME` if
+            not given.
 
     Raises:
         RequestError: When a bus is not a record.
@@ -73,6 +75,7 @@ class Socket:
     traits: Mapping[str, BusTraits] = field(default_factory=dict[str, BusTraits])
     acts_through_step: bool = False
     essential: bool = False
+    substitute: str = ""
 
     def bus(self, name: str) -> BusTraits:
         """The traits of a bus by its name, or of the bus that a signal (`state.v_x`) belongs to."""

@@ -85,6 +85,7 @@ TRAFFIC: Final = Socket(
     traits={"ego": _EGO, "obstacles": _OBSTACLES},
     acts_through_step=True,
     essential=True,
+    substitute="Other traffic",
 )
 CONTROLLER: Final = Socket(
     name="controller",

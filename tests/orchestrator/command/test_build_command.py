@@ -1,9 +1,11 @@
-"""`macrostep build FILE.mo` and `run --plant FILE.mo`, as a person types them."""
+"""`macrostep build`, for blocks and for Modelica files, as a person types it."""
 
 from __future__ import annotations
 
+import shutil
 import zipfile
 
+from components import BLOCKS
 from fmus.modelica.flat import library
 
 BICYCLE = library() / "Examples" / "PaperBicycle.mo"
@@ -41,3 +43,14 @@ def test_a_model_that_is_not_supported_is_a_wrong_request_with_its_line(macroste
     code, _, err = macrostep("run", "static", "--plant", "M.mo", "--blocks")
     assert code == 2
     assert err.startswith("macrostep: M.mo:2: found `time`; valid: ")
+
+
+def test_build_makes_what_is_missing_and_says_where_the_fmus_are(macrostep, in_tmp_path, built_fmus):
+    shutil.copytree(built_fmus / "fmi2", in_tmp_path / "built" / "fmi2")
+    (in_tmp_path / "built" / "fmi2" / "mpc.fmu").unlink()
+    code, out, _ = macrostep("build", "--out", "built", "--fmi", "2")
+    assert code == 0
+    native = [name for name, block in BLOCKS.items() if block.native]
+    assert out == f"{len(native)} FMUs in built/\n"
+    made = {path.stem: path.read_bytes() for path in (in_tmp_path / "built").rglob("*.fmu")}
+    assert made == {name: (built_fmus / "fmi2" / f"{name}.fmu").read_bytes() for name in native}

@@ -1,0 +1,122 @@
+"""The command `macrostep run`."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from orchestrator.command.console import FAULT, INTERRUPTED, err, out, print_message, print_notes, working
+from orchestrator.command.shared_options import WATCHING, ScenarioRequest
+from orchestrator.scenario.options import Options
+
+if TYPE_CHECKING:
+    from orchestrator.run import Finished
+
+RUN_OPTIONS: Final = (
+    "settings",
+    "fmi",
+    "blocks",
+    "stop_time",
+    "step",
+    "algorithm",
+    "solve_loops",
+    "lenient",
+    "isolate",
+    "record",
+)
+"""The shared options that the subcommand takes."""
+
+_SHOWN: Final = ("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max", "r_peak", "mu_f_max", "mu_r_max")
+"""The metrics that are printed after a run."""
+
+
+def run(  # noqa: PLR0913 - one parameter per option of the command
+    context: typer.Context,
+    scenario: ScenarioRequest,
+    options: Options,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
+    ] = None,
+    live: Annotated[  # noqa: FBT002
+        bool, typer.Option("--live", help="Open the viewer and follow the run in it.", rich_help_panel=WATCHING)
+    ] = False,
+    no_viewer: Annotated[  # noqa: FBT002
+        bool,
+        typer.Option("--no-viewer", help="Live without a window: only say where to connect.", rich_help_panel=WATCHING),
+    ] = False,
+    web: Annotated[  # noqa: FBT002
+        bool, typer.Option("--web", help="Live in the browser, served to this machine only.", rich_help_panel=WATCHING)
+    ] = False,
+    connect: Annotated[
+        str | None, typer.Option(metavar="URL", help="Live in a viewer that is already open.", rich_help_panel=WATCHING)
+    ] = None,
+    realtime: Annotated[
+        float | None,
+        typer.Option(
+            metavar="FACTOR", help="Keep pace with the clock: 1 is real time, 2 is faster.", rich_help_panel=WATCHING
+        ),
+    ] = None,
+) -> None:
+    """Run a scenario and write its run folder.
+
+    The FMUs it needs are built on the way. Exit code 0: all well; 1: the run ended in a fault, everything up to it is
+    in the folder; 2: the request was wrong, nothing was written; 130: Ctrl-C, everything up to it is in the folder.
+    """
+    with ExitStack() as watching:
+        with working() as progress:
+            from orchestrator.loading import load  # noqa: PLC0415
+            from orchestrator.run import Execution, execute  # noqa: PLC0415
+            from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
+
+            wanted = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
+            loaded = load(scenario, options, progress)
+            stream = None if wanted is None else watching.enter_context(LiveStream(wanted, print_message))
+            finished = execute(loaded, folder, progress, Execution(context.obj, stream, realtime))
+        print_notes(loaded.remarks + finished.notes)
+        _print_summary(finished)
+        code = _conclude(finished)
+        if stream is not None and err.is_terminal:
+            stream.stay()
+    raise typer.Exit(code)
+
+
+def _conclude(finished: Finished) -> int:
+    """Print what ended the run before its time, and return the exit code."""
+    if isinstance(finished.ended, KeyboardInterrupt):
+        err.print(f"macrostep: interrupted after {finished.summary['experiment']['ticks']} ticks", style="red")
+        return INTERRUPTED
+    if finished.ended is not None:
+        err.print(f"macrostep: the run ended in a fault at {finished.ended}", style="red")
+        return FAULT
+    return 0
+
+
+def _print_summary(finished: Finished) -> None:
+    """Print the run in a few lines."""
+    summary, folder = finished.summary, finished.folder
+    experiment, timing = summary["experiment"], summary["timing"]
+    title = f"{summary['scenario']}: {experiment['ticks']} ticks of {experiment['step']:g} s"
+    if timing:
+        title += f", {timing['step_median_us']:.0f} us per step (median)"
+    if "realtime" in summary:
+        title += f", {_pace(summary['realtime'])}"
+    out.print(f"[bold]{title}[/bold]")
+    for name, holds in summary["verdicts"].items():
+        mark = "[green]yes[/green]" if holds else "[red]no[/red]"
+        out.print(f"  {name.replace('_', ' '):24}{mark}")
+    for name in _SHOWN:
+        if name in summary["metrics"]:
+            out.print(f"  {name:24}{summary['metrics'][name]:.3f}")
+    out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp  figures/")
+    out.print(f"Look at it with: macrostep show {folder}")
+
+
+def _pace(realtime: dict[str, Any]) -> str:
+    """How well a run kept pace with the clock."""
+    late = "no tick late"
+    if realtime["late_ticks"]:
+        late = f"{realtime['late_ticks']} ticks late, the worst by {realtime['worst_s'] * 1e3:.1f} ms"
+    return f"at {realtime['factor']:g} x real time ({late})"

@@ -1,0 +1,31 @@
+"""The command `macrostep show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from orchestrator.command.console import print_message
+
+
+def show(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.")],
+    difference: Annotated[
+        list[str] | None,
+        typer.Option(help="Signal to draw as its difference from the first run, `plant.state.y`. Repeatable."),
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="In the browser, served on this machine only.")] = False,  # noqa: FBT002
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Write a picture instead; no display is needed.")
+    ] = None,
+    at: Annotated[list[float] | None, typer.Option(help="Time of the picture [s]. Repeatable.")] = None,
+) -> None:
+    """Open a run in the Rerun viewer, or several in one picture, a colour each.
+
+    A run that was cut short is opened from a repaired copy.
+    """
+    from orchestrator.viewing import viewer  # noqa: PLC0415
+
+    viewer.show(runs, difference or [], print_message, web=web, picture=picture, times=at or [])
