@@ -33,6 +33,11 @@ _SHOWN: Final = ("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max",
 """The metrics that are printed after a run."""
 
 
+def _watching(*names: str, **facts: Any) -> Any:
+    """An option of the panel on watching and recording."""
+    return typer.Option(*names, rich_help_panel=WATCHING, **facts)
+
+
 def run(  # noqa: PLR0913 - one parameter per option of the command
     context: typer.Context,
     scenario: ScenarioRequest,
@@ -40,24 +45,14 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     folder: Annotated[
         Path | None, typer.Option("--out", help="Run folder; the next free runs/NAME-N if not given.")
     ] = None,
-    live: Annotated[  # noqa: FBT002
-        bool, typer.Option("--live", help="Open the viewer and follow the run in it.", rich_help_panel=WATCHING)
-    ] = False,
+    live: Annotated[bool, _watching("--live", help="Open the viewer and follow the run in it.")] = False,  # noqa: FBT002
     no_viewer: Annotated[  # noqa: FBT002
-        bool,
-        typer.Option("--no-viewer", help="Live without a window: only say where to connect.", rich_help_panel=WATCHING),
+        bool, _watching("--no-viewer", help="Live without a window: only say where to connect.")
     ] = False,
-    web: Annotated[  # noqa: FBT002
-        bool, typer.Option("--web", help="Live in the browser, served to this machine only.", rich_help_panel=WATCHING)
-    ] = False,
-    connect: Annotated[
-        str | None, typer.Option(metavar="URL", help="Live in a viewer that is already open.", rich_help_panel=WATCHING)
-    ] = None,
+    web: Annotated[bool, _watching("--web", help="Live in the browser, served to this machine only.")] = False,  # noqa: FBT002
+    connect: Annotated[str | None, _watching(metavar="URL", help="Live in a viewer that is already open.")] = None,
     realtime: Annotated[
-        float | None,
-        typer.Option(
-            metavar="FACTOR", help="Keep pace with the clock: 1 is real time, 2 is faster.", rich_help_panel=WATCHING
-        ),
+        float | None, _watching(metavar="FACTOR", help="Keep pace with the clock: 1 is real time, 2 is faster.")
     ] = None,
 ) -> None:
     """Run a scenario and write its run folder.

@@ -31,7 +31,14 @@ if TYPE_CHECKING:  # slow to import, and a run has no need of it
 
 
 class SimulationError(RuntimeError):
-    """A run that had to end early: at which tick, which unit, and why. All rows up to it are kept."""
+    """A run that had to end early; all rows up to that tick are kept.
+
+    Args:
+        tick: The tick at which it ended.
+        t: The time of that tick [s].
+        unit: The unit that failed, or whose signal is not finite.
+        reason: What happened, in words.
+    """
 
     def __init__(self, tick: int, t: float, unit: str, reason: str) -> None:
         self.tick, self.time, self.unit, self.reason = tick, t, unit, reason
@@ -44,14 +51,26 @@ class Tick:
 
     tick: int
     time: float
+    """[s] `tick * h`"""
 
 
 class Simulation:
-    """One run of a system, stepped by hand or by iteration; use it in a `with` statement.
+    """One run of a system, stepped by hand or by iteration; use it in a `with` statement, which opens the units.
 
     Each `step` completes the next instant t_k: afterwards `read` sees every output at t_k, as in the row that has
-    been kept. A `write` acts on what follows, until it is released. Raises `RequestError` for a wrong request and
-    `SimulationError` when a unit fails or a value is not finite.
+    been kept. A `write` acts on what follows, until it is released.
+
+    Args:
+        system: The system.
+        h: The macro step [s].
+        until: The stop time [s], a whole number of macro steps.
+        record: Which signals are kept at every how many ticks, by pattern; all at every tick if not given.
+        algorithm: How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`.
+        solve_loops: Whether algebraic loops are solved by iteration instead of being refused.
+
+    Raises:
+        RequestError: The system cannot be run like this: an algebraic loop, an unknown algorithm, a wrong time.
+        SimulationError: On entering the `with` statement, a unit cannot be initialised.
     """
 
     def __init__(  # noqa: PLR0913 - what makes an experiment
@@ -135,7 +154,15 @@ class Simulation:
             )
 
     def step(self) -> Tick:
-        """Complete the next instant and keep its row. Raises `StopIteration` after the last."""
+        """Complete the next instant and keep its row.
+
+        Returns:
+            The instant that was completed; the first is tick 0 at 0 s.
+
+        Raises:
+            SimulationError: A unit failed, or a value is not finite.
+            StopIteration: The stop time was reached before.
+        """
         if self.tick >= self.last_tick:
             raise StopIteration
         began = time.perf_counter()
@@ -159,16 +186,38 @@ class Simulation:
             yield self.step()
 
     def run(self) -> None:
-        """Step to the end."""
+        """Step to the stop time.
+
+        Raises:
+            SimulationError: A unit failed, or a value is not finite.
+        """
         while self.tick < self.last_tick:
             self.step()
 
     def read(self, path: str) -> Any:
-        """The present value of an output signal: a number, or an array."""
+        """Read the present value of an output.
+
+        Args:
+            path: The signal with its unit, such as `plant.state.v_x`.
+
+        Returns:
+            A number, or an array of the signal's shape `(n,)`, in the unit of measurement that the port declares.
+
+        Raises:
+            RequestError: There is no such output.
+        """
         return self._table.read(self._known(path, "outputs"))
 
     def write(self, path: str, value: Any) -> None:
-        """Hold an input at `value` from now on, in place of its connection."""
+        """Hold an input at a value from now on, in place of its connection.
+
+        Args:
+            path: The signal with its unit, such as `plant.actuation.delta_f`.
+            value: A number, or an array of the signal's shape `(n,)`, in the unit of measurement of the port.
+
+        Raises:
+            RequestError: There is no such input, or the value is none that it can take.
+        """
         unit, _, name = self._known(path, "inputs").partition(".")
         variable = self.system.variable(path, role="inputs")
         if problems := variable.quantity.problems(path, value):
@@ -178,7 +227,14 @@ class Simulation:
         self._lower()
 
     def release(self, path: str) -> None:
-        """Give a written input back to its connection."""
+        """Give a written input back to its connection.
+
+        Args:
+            path: The signal with its unit, as it was written.
+
+        Raises:
+            RequestError: There is no such input.
+        """
         unit, _, name = self._known(path, "inputs").partition(".")
         self._table.release(unit, name)
         self._written.append((self.tick + 1, path, None))
@@ -191,15 +247,22 @@ class Simulation:
         return path
 
     def frame(self) -> pd.DataFrame:
-        """All rows so far as a data frame of the `columns`."""
+        """Give all rows so far as a data frame.
+
+        Returns:
+            A row per tick, with the columns that `columns` describes.
+        """
         import pandas as pd  # noqa: PLC0415
 
         return pd.DataFrame(self.columns())
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """All rows so far: column `time` [s], then one per signal element, then the inputs that were written.
+        """Give all rows so far as arrays.
 
-        With a choice of what is recorded, the rows of all ticks at which something was; NaN where a signal was not.
+        Returns:
+            Arrays of shape `(n,)` for n rows: `time` [s], then one per signal element, then the inputs that were
+            written. With a choice of what is recorded there is a row for each tick at which something was, with NaN
+            for the signals that were not.
         """
         ticks, kept = self.log.columns()
         columns: dict[str, Any] = {"time": ticks * self.h, **kept}
@@ -242,7 +305,22 @@ class Simulation:
 def simulate(
     system: System, *, h: float, until: float, algorithm: str = Algorithm.SEQUENTIAL, solve_loops: bool = False
 ) -> pd.DataFrame:
-    """Run a system from 0 to `until` with macro step `h`, and give all rows."""
+    """Run a system from 0 s to its stop time.
+
+    Args:
+        system: The system.
+        h: The macro step [s].
+        until: The stop time [s], a whole number of macro steps.
+        algorithm: How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`.
+        solve_loops: Whether algebraic loops are solved by iteration instead of being refused.
+
+    Returns:
+        A row per tick: column `time` [s], then one per signal element, such as `plant.state.x`.
+
+    Raises:
+        RequestError: The system cannot be run like this: an algebraic loop, an unknown algorithm, a wrong time.
+        SimulationError: A unit failed, or a value is not finite.
+    """
     with Simulation(system, h=h, until=until, algorithm=algorithm, solve_loops=solve_loops) as simulation:
         simulation.run()
         return simulation.frame()

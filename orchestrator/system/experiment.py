@@ -53,12 +53,17 @@ class Scenario:
     title: str
     system: System
     scene: Scene | None
+    """The road and the boxes of the vehicles, where they are known"""
     h: float
+    """Macro step [s]"""
     until: float
+    """Stop time [s]"""
     sources: Mapping[str, Mapping[str, Any]]
     """Value, unit and source of every parameter, by full path"""
     record: Choice = field(default_factory=lambda: dict(EVERYTHING))
     """Which signals are recorded at every how many ticks"""
     algorithm: Algorithm = Algorithm.SEQUENTIAL
     solve_loops: bool = False
+    """Whether algebraic loops are solved by iteration instead of being refused"""
     remarks: tuple[str, ...] = ()
+    """What a person should know of the system before it runs"""

@@ -249,5 +249,12 @@ class Fmu(UnitSource):
 
 
 def block_source(value: Block[Any, Any, Any]) -> InProcess:
-    """A block with its values, as a unit of a system."""
+    """Make the source of a unit from a block with its parameter values.
+
+    Args:
+        value: The block, such as `Bicycle(...)`.
+
+    Returns:
+        The source, for the units of a `System`; the block runs in this process.
+    """
     return InProcess(type(value), {f.name: getattr(value, f.name) for f in dataclasses.fields(value)})  # type: ignore[arg-type]

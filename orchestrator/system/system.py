@@ -23,14 +23,24 @@ from orchestrator.system.source import UnitSource
 
 @dataclass(frozen=True)
 class System:
-    """Units, what drives each of their inputs, and the sockets they fill.
+    """Units, what drives each of their inputs, and the sockets that they fill.
 
-    `wiring` maps an input (a signal, one element of it, or a whole bus) to the output that drives it, both with their
-    unit: ``{"controller.ego": "plant.state"}``. `held` gives inputs, or those elements that nothing drives, a constant
-    value instead. Units of measurement are converted on the way, except into `unconverted` inputs; `transformations`
-    (by input, as in `wiring`) then apply. `steps` gives units a step of their own, as a multiple of the macro step: a
-    whole number, or one part of a whole number.
-    All problems are gathered and raised at once, as a `RequestError`.
+    Everything is checked when a system is made: unknown or missing ports, types, shapes, units of measurement, ranges,
+    and inputs with two sources. Units of measurement are converted along the connections.
+
+    Args:
+        units: What each unit is made from, by its name.
+        wiring: For an input (a signal, one element of it, or a whole bus) the output that drives it, both with the name
+            of their unit: ``{"controller.ego": "plant.state"}``.
+        held: Constant values of inputs, or of those elements of them that nothing drives, by their full path; a scalar,
+            or an array of the input's shape `(n,)`, in the input's unit of measurement.
+        sockets: The sockets that units must fit, by the name of the unit.
+        transformations: What is applied to the value that an input receives, by input as in `wiring`.
+        unconverted: Inputs into which units of measurement are not converted.
+        steps: Steps of units that have their own, as multiples of the macro step: a whole number, or one over one.
+
+    Raises:
+        RequestError: With all problems that were found.
     """
 
     units: Mapping[str, UnitSource]

@@ -19,7 +19,7 @@ ROOMS = {
         "scenario",
         "ssp",
         "results",
-        "load",
+        "loading",
         "pictures",
         "recording",
         "exchange",

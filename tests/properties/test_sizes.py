@@ -11,7 +11,7 @@ RUNTIME = sorted((ROOT / "fmus" / "runtime").glob("*.[ch]"))
 LONGEST_FILE, LONGEST_FUNCTION = 320, 45
 
 LONGER_FILES: dict[str, str] = {}
-LONGER_FUNCTIONS = {"orchestrator/command/main.py:run": "a line for each of its options"}
+LONGER_FUNCTIONS: dict[str, str] = {}
 
 
 def functions() -> dict[str, int]:
