@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,19 +25,28 @@ from orchestrator.system.source import Fmu
 
 @dataclass(frozen=True)
 class Checked:
-    """What there is to say of a file."""
+    """The result of a check."""
 
     lines: tuple[str, ...]
+    """The description of the file"""
     good: bool
-    """Whether it keeps all rules, and fits the socket that was asked for"""
+    """Whether the file keeps all rules, and fits the socket that was asked for"""
     problems: tuple[Problem, ...] = ()
 
 
 def check(path: Path, socket: str | None = None, out: Path | None = None) -> Checked:
-    """Check an FMU, an SSP or a mapping file; with `socket`, also write a mapping template to `out`.
+    """Check an FMU, an SSP or a mapping file, and write a template of a mapping where one is of use.
 
-    Without `out` the template goes to NAME.SOCKET.toml in the working folder, where no such file is.
-    Raises `RequestError` for a wrong request; what is wrong with the file itself is told.
+    Args:
+        path: The file.
+        socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
+        out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
+
+    Returns:
+        The description of the file, with everything that is wrong with it.
+
+    Raises:
+        RequestError: The request itself is wrong.
     """
     if socket is not None and socket not in SOCKETS:
         raise refuse("--socket", f"`{socket}`", choices(SOCKETS), did_you_mean(socket, SOCKETS))
@@ -58,7 +67,7 @@ def check(path: Path, socket: str | None = None, out: Path | None = None) -> Che
 
 
 def _ssp(path: Path) -> Checked:
-    """What is in a system, or what is wrong with it."""
+    """Describe the system in an SSP file."""
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - its readers take a while to import
 
     scenario = ssp_reader.read(path)
@@ -80,6 +89,7 @@ def _ssp(path: Path) -> Checked:
 
 
 def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:
+    """Describe an FMU, and how it fits a socket by itself or with its mapping file."""
     where = path if mapping is None else mapping.fmu
     if where is None:
         raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
@@ -90,23 +100,33 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     lines = [*_description(where, archive), *_breaches(archive, broken)]
     lines += [f"  {'cannot' if refused else 'can'} be instantiated here", "", *_variables(theirs), ""]
     wanted = socket or (mapping.socket if mapping else None)
-    fits = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in ([wanted] if wanted else SOCKETS)}
     if wanted is None:
-        best = max(fits, key=lambda name: _share(fits[name]))
-        lines += ["sockets", *_aligned((f"  {name}", _verdict(found)) for name, found in fits.items())]
-        if _share(fits[best]):
-            lines += ["", *_rows(best, fits[best])]
-            lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fits[best].problems else []
+        lines += _sockets(path, {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS})
         return Checked(tuple(lines), good=not problems, problems=problems)
-    lines += [f"socket {wanted}: {_verdict(fits[wanted])}", *_rows(wanted, fits[wanted])]
-    if mapping is None and (out is not None or fits[wanted].needed):
-        lines.append(_template(where, wanted, fits[wanted], theirs, out))
-    problems += tuple(fits[wanted].problems)
+    fitting = fit(wanted, SOCKETS[wanted], theirs, str(where), mapping)
+    lines += [f"socket {wanted}: {_verdict(fitting)}", *_rows(fitting)]
+    if mapping is None and (out is not None or fitting.needed):
+        lines.append(_template(where, wanted, fitting, theirs, out))
+    problems += tuple(fitting.problems)
     return Checked(tuple(lines), good=not problems, problems=problems)
 
 
+def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
+    """How an FMU fits every socket, with the signals of the one that it fits best."""
+    best = max(fittings, key=lambda name: _share(fittings[name]))
+    lines = ["sockets", *_aligned((f"  {name}", _verdict(fitting)) for name, fitting in fittings.items())]
+    if _share(fittings[best]):
+        lines += ["", *_rows(fittings[best])]
+        lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fittings[best].problems else []
+    return lines
+
+
 def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
-    """The FMU, and what a strict reader says. Raises `RequestError` where not even a lenient one understands it."""
+    """Read an FMU, leniently where it breaks rules; return it with the problems that a strict reader finds.
+
+    Raises:
+        RequestError: The FMU cannot be read leniently either.
+    """
     try:
         return Fmu(path).archive, ()
     except RequestError as error:
@@ -114,7 +134,7 @@ def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
 
 
 def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
-    """What keeps the FMU from being instantiated: tried in a process of its own, as its library may bring that down."""
+    """The problems of instantiating the FMU, in a process of its own because a faulty library may crash it."""
     from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only an FMU needs it
 
     where = str(archive.path)
@@ -132,14 +152,14 @@ def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
     return ()
 
 
-def _template(path: Path, socket: str, found: Fitting, theirs: Interface, out: Path | None) -> str:
-    """Write the template; one that is there already, where nobody asked for another, is kept."""
+def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out: Path | None) -> str:
+    """Write the template, unless its default file exists already."""
     target = out or Path(f"{path.stem}.{socket}.toml")
     if out is None and target.exists():
         return f"{target} is kept as it is; another mapping goes to --out FILE.toml"
-    text = template(found, SOCKETS[socket], theirs, relative(path, target.parent), str(target))
+    text = template(fitting, SOCKETS[socket], theirs, relative(path, target.parent), str(target))
     write_template(text, target)
-    return f"written: {target}, a mapping {'to fill in' if found.problems else 'to change as you like'}"
+    return f"written: {target}, a mapping {'to fill in' if fitting.problems else 'to change as you like'}"
 
 
 def _description(path: Path, archive: Archive) -> Iterator[str]:
@@ -162,14 +182,13 @@ def _description(path: Path, archive: Archive) -> Iterator[str]:
 
 def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
     yield f"  {'breaks rules of FMI, and runs with --lenient only' if broken else 'keeps the rules of FMI'}"
-    told = " ".join(p.found for p in broken)
-    yield from (f"  note: {remark}" for remark in archive.remarks if remark not in told)
+    yield from (f"  note: {remark}" for remark in archive.remarks)
 
 
 def _variables(theirs: Interface) -> list[str]:
     groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters))
     rows = [("variable", "", "type", "unit", "start", "")]
-    rows += [(f"  {v.name}", causality, *_row(v, theirs)) for causality, found in groups for v in found]
+    rows += [(f"  {v.name}", causality, *_row(v, theirs)) for causality, variables in groups for v in variables]
     return _aligned(rows)
 
 
@@ -181,9 +200,9 @@ def _row(v: Variable, theirs: Interface) -> tuple[str, ...]:
     return f"{q.type}{shape}", q.unit if q.type.is_float else "", text, q.description if q.description != v.name else ""
 
 
-def _rows(socket: str, found: Fitting) -> list[str]:
-    """Signal by signal what stands for it; what is optional and absent is left out."""
-    shown = [row for row in found.rows if row.theirs or row.needed or row.note]
+def _rows(fitting: Fitting) -> list[str]:
+    """What stands for each signal of the socket, without the optional signals that are absent."""
+    shown = [row for row in fitting.rows if row.theirs or row.needed or row.note]
     lines = _aligned(
         (
             f"  {row.signal.name}",
@@ -193,25 +212,27 @@ def _rows(socket: str, found: Fitting) -> list[str]:
         )
         for row in shown
     )
-    others = [r for r in found.remarks if not any(r.startswith(f"{socket}.{row.signal.name} ") for row in shown)]
+    shown_remarks = {row.remark for row in shown}
+    others = [remark for remark in fitting.remarks if remark not in shown_remarks]
     return [*lines, *(f"  note: {remark}" for remark in others)]
 
 
-def _verdict(found: Fitting) -> str:
-    needed = [row for row in found.rows if row.needed]
+def _verdict(fitting: Fitting) -> str:
+    needed = [row for row in fitting.rows if row.needed]
     present = sum(bool(row.theirs) for row in needed)
-    if found.problems:
+    if fitting.problems:
         return f"does not fit, {present} of {len(needed)} signals found"
-    return "fits, with the conversions below" if found.needed else "fits as it is"
+    return "fits, with the conversions below" if fitting.needed else "fits as it is"
 
 
-def _share(found: Fitting) -> float:
-    needed = [row for row in found.rows if row.needed]
-    return sum(bool(row.theirs) for row in needed) / len(needed) + (not found.problems)
+def _share(fitting: Fitting) -> float:
+    """How well an FMU fits: the share of the needed signals that it has, and one more where it fits."""
+    needed = [row for row in fitting.rows if row.needed]
+    return sum(bool(row.theirs) for row in needed) / len(needed) + (not fitting.problems)
 
 
 def _aligned(rows: Any) -> list[str]:
-    """Rows of texts in columns."""
+    """Align rows of texts in columns."""
     table = [tuple(row) for row in rows]
     widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))] if table else []
     return ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in table]

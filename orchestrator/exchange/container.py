@@ -1,13 +1,13 @@
 """A whole system as one FMU, with its FMUs inside: a container, made by the FMU manipulation toolbox.
 
-The container steps the FMUs itself, in C and without Python. `sequential` steps one FMU after another, each with what
-those before it have just shown: in the order of our schedule that is our schedule, without hidden delay. What a unit
-shows stays until it steps again: at t_k the container's outputs of plant and traffic are those at t_k, those of a
-controller are what it computed at t_{k-1}. `jacobi` sets all inputs, then steps all, and delays every connection by a
-step.
+The container steps the FMUs itself, in C and without Python. `sequential` steps one FMU after another, each with the
+latest outputs of those before it; in the order of our schedule this equals our schedule, without hidden delay. Outputs
+keep their values until their unit steps again: at t_k the container's outputs of plant and traffic are those at t_k,
+while those of a controller are the ones that it computed at t_{k-1}. `jacobi` sets all inputs and then steps all FMUs,
+which delays every connection by a step.
 
-Outputs and parameters have our names (`plant.state.x`, `plant.m`), held inputs are inputs with their value as start.
-Enumerations are integers in a container, and it gives no access to its state.
+Outputs and parameters have our names (`plant.state.x`, `plant.m`); held inputs become inputs with their value as start
+value. Enumerations become integers in a container, and it gives no access to its state.
 """
 
 from __future__ import annotations
@@ -49,17 +49,22 @@ _JACOBI: Final = "Export it with --algorithm jacobi."
 
 
 def write(scenario: Scenario, path: Path) -> None:
-    """Write a scenario's system as one FMU that steps as its algorithm does; equal systems, equal bytes.
+    """Write a scenario's system as one FMU that steps as its algorithm does; equal systems give equal bytes.
 
-    Raises `RequestError`.
+    Args:
+        scenario: The system, all units of which are FMUs of one version.
+        path: The file, which is replaced if it exists.
+
+    Raises:
+        RequestError: A container cannot do what the system asks for.
     """
     system, algorithm = scenario.system, scenario.algorithm
     raise_if_any(_problems(system, algorithm))
     names = order(system, algorithm)
-    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, _heard() as errors:
+    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, _logged_errors() as errors:
         try:
-            made = _container(scenario, Path(folder), names)
-            made.make_fmu("made.fmu", step_size=scenario.h, sequential=algorithm is Algorithm.SEQUENTIAL)
+            container = _container(scenario, Path(folder), names)
+            container.make_fmu("made.fmu", step_size=scenario.h, sequential=algorithm is Algorithm.SEQUENTIAL)
         except FMUContainerError as error:
             errors.append(str(error.reason))
         if errors:
@@ -68,9 +73,19 @@ def write(scenario: Scenario, path: Path) -> None:
 
 
 def order(system: System, algorithm: Algorithm) -> list[str]:
-    """The units in the order in which a container initialises and steps them. Raises `RequestError`.
+    """Order the units as a container initialises and steps them.
 
-    Step by step, a late unit must read its sources before they step: it comes before those that are late too.
+    A unit that steps late reads its sources as they were before the step: it precedes those that are late too.
+
+    Args:
+        system: The system.
+        algorithm: How the units exchange data.
+
+    Returns:
+        The names of the units.
+
+    Raises:
+        RequestError: Late units read each other, which no order of single steps can do.
     """
     planned = schedule(system, algorithm)
     if algorithm is Algorithm.JACOBI:
@@ -97,8 +112,8 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
             yield problem
     versions = {n: s.describe().version for n, s in system.units.items() if s.foreign_problem(n) is None}
     if len(set(versions.values())) > 1:
-        told = ", ".join(f"{name} FMI {version}.0" for name, version in versions.items())
-        yield Problem("FMI versions", told, "one version for all units", "Export it with --fmi 2 or --fmi 3.")
+        found = ", ".join(f"{name} FMI {version}.0" for name, version in versions.items())
+        yield Problem("FMI versions", found, "one version for all units", "Export it with --fmi 2 or --fmi 3.")
     for name, ratio in system.steps.items():
         if ratio != 1:
             yield Problem(f"step of `{name}`", f"{ratio} macro steps", "1: a container steps all units alike")
@@ -117,44 +132,44 @@ def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> It
 
 
 @contextmanager
-def _heard() -> Generator[list[str]]:
-    """What the toolbox logs: its errors are gathered, the rest stays unheard."""
+def _logged_errors() -> Generator[list[str]]:
+    """Gather the errors that the toolbox logs, and suppress the rest of its log."""
     log = logging.getLogger("fmu_manipulation_toolbox")
-    found: list[str] = []
+    errors: list[str] = []
     handler = logging.Handler(logging.ERROR)
-    handler.emit = lambda record: found.append(record.getMessage())
+    handler.emit = lambda record: errors.append(record.getMessage())
     before, log.propagate = log.propagate, False
     log.addHandler(handler)
     try:
-        yield found
+        yield errors
     finally:
         log.removeHandler(handler)
         log.propagate = before
 
 
 def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
-    """The toolbox's description of the system: FMUs, links, outputs, parameters and held inputs."""
+    """Describe the system to the toolbox: FMUs, links, outputs, parameters and held inputs."""
     system, old = scenario.system, is_old(scenario.system)
     identifier = re.sub(r"\W", "_", f"_{scenario.name}" if scenario.name[:1].isdigit() else scenario.name)
-    made: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
-    made.start_time, made.stop_time = 0.0, scenario.until
+    container: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
+    container.start_time, container.stop_time = 0.0, scenario.until
     for name in names:
         _copy(system.units[name], folder / f"{name}.fmu")
-        made.get_fmu(f"{name}.fmu")
+        container.get_fmu(f"{name}.fmu")
     for wire in system.connections:
         for start, end in ends(system, wire, old=old):
-            made.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
+            container.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
     for name, source in system.units.items():
         for variable in source.interface.outputs:
             for element in element_names(source, variable.name, "outputs", old=old):
-                made.add_output(f"{name}.fmu", element, f"{name}.{element}")
-        _expose(made, system, name, "parameters", source.parameters)
-        _expose(made, system, name, "inputs", system.held_by(name))
-    return made
+                container.add_output(f"{name}.fmu", element, f"{name}.{element}")
+        _expose(container, system, name, "parameters", source.parameters)
+        _expose(container, system, name, "inputs", system.held_by(name))
+    return container
 
 
 def _copy(source: UnitSource, path: Path) -> None:
-    """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, which a container has not."""
+    """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, which a container does not have."""
     file = source.describe().file
     assert file is not None  # noqa: S101 - a unit without a file has been refused
     if not source.interface.clocks:
@@ -164,18 +179,23 @@ def _copy(source: UnitSource, path: Path) -> None:
         for entry in old.infolist():
             content = old.read(entry)
             if entry.filename == "modelDescription.xml":
-                root: Any = etree.fromstring(content)
-                for clock in root.findall("ModelVariables/Clock"):
-                    clock.getparent().remove(clock)
-                for variable in root.xpath("ModelVariables/*[@clocks]"):
-                    del variable.attrib["clocks"]
-                root.find("CoSimulation").attrib.pop("hasEventMode", None)
-                content = etree.tostring(root, xml_declaration=True, encoding="UTF-8")
+                content = _without_clocks(content)
             new.writestr(entry, content)
 
 
-def _expose(made: Any, system: System, name: str, role: str, values: Mapping[str, Any]) -> None:
-    """Variables of a unit that stay open, each with its value as start."""
+def _without_clocks(content: bytes) -> bytes:
+    """The model description without clocks, and without Event Mode."""
+    root: Any = etree.fromstring(content)
+    for clock in root.findall("ModelVariables/Clock"):
+        clock.getparent().remove(clock)
+    for variable in root.xpath("ModelVariables/*[@clocks]"):
+        del variable.attrib["clocks"]
+    root.find("CoSimulation").attrib.pop("hasEventMode", None)
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8")
+
+
+def _expose(container: Any, system: System, name: str, role: str, values: Mapping[str, Any]) -> None:
+    """Make parameters or held inputs of a unit inputs of the container, each with its value as start value."""
     source, old = system.units[name], is_old(system)
     structural = set(source.structural)
     variables: list[Variable] = [v for v in getattr(source.interface, role) if role == "parameters" or v.name in values]
@@ -186,32 +206,32 @@ def _expose(made: Any, system: System, name: str, role: str, values: Mapping[str
         texts = [_text(x, variable.quantity) for x in given]
         elements = element_names(source, variable.name, role, old=old)
         for i, element in enumerate(elements):
-            made.add_input(f"{name}.{element}", f"{name}.fmu", element)
+            container.add_input(f"{name}.{element}", f"{name}.fmu", element)
             if texts:
-                made.add_start_value(f"{name}.fmu", element, texts[i] if old else " ".join(texts))
+                container.add_start_value(f"{name}.fmu", element, texts[i] if old else " ".join(texts))
 
 
 def _text(value: Any, q: Quantity) -> str:
     return str(int(value)) if q.type is Type.ENUMERATION else literal(value, q)
 
 
-def _repack(made: Path, path: Path, scenario: Scenario) -> None:
-    """Write the container with a description that is whole, and the same whenever it is made."""
-    with zipfile.ZipFile(made) as archive:
+def _repack(source: Path, path: Path, scenario: Scenario) -> None:
+    """Write the container with a complete description that does not depend on when it is made."""
+    with zipfile.ZipFile(source) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     configuration = files["resources/container.txt"].decode()
-    files["resources/container.txt"] = _whole_starts(configuration, scenario.system).encode()
+    files["resources/container.txt"] = _with_all_starts(configuration, scenario.system).encode()
     files["modelDescription.xml"] = _description(files, scenario)
     write_archive(path, files)
 
 
-def _whole_starts(configuration: str, system: System) -> str:
-    """The toolbox's configuration with all values of Boolean arrays, of which it writes one."""
+def _with_all_starts(configuration: str, system: System) -> str:
+    """The toolbox's configuration with all start values of Boolean arrays, of which it writes only the first."""
     lines, unit = configuration.split("\n"), ""
     for i, line in enumerate(lines):
         if line.startswith("#"):
-            found = re.match(r"# Start values of (.+)\.fmu - boolean", line)
-            unit = found[1] if found else ""
+            heading = re.match(r"# Start values of (.+)\.fmu - boolean", line)
+            unit = heading[1] if heading else ""
         elif unit and len(words := line.split()) == len(("reference", "size", "reset", "value")) and int(words[1]) > 1:
             source = system.units[unit]
             name = next(n for n, references in source.references.items() if references == [int(words[0])])
@@ -221,10 +241,10 @@ def _whole_starts(configuration: str, system: System) -> str:
 
 
 def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:
-    """The toolbox's model description with units and a fixed token, without its author and its doubled variables."""
+    """The toolbox's model description with units and a fixed token, without its author and its duplicate variables."""
     root: Any = etree.fromstring(files["modelDescription.xml"])
     variables = root.find("ModelVariables")
-    for local in variables.xpath("*[@causality='local']"):  # every link once more, under the name of its output
+    for local in variables.xpath("*[@causality='local']"):  # a duplicate of each link
         variables.remove(local)
     positions = {v.get("name"): str(i) for i, v in enumerate(variables, start=1)}
     outputs = [v.get("name") for v in variables if v.get("causality") == "output"]
@@ -243,7 +263,7 @@ def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:
 
 
 def _complete(root: Any, variables: Any, quantities: Mapping[str, Quantity]) -> None:
-    """Add the units, and write start values of arrays as FMI wants them."""
+    """Add the units of measurement, and write start values of arrays in the form that FMI requires."""
     for variable in variables:
         quantity = quantities.get(str(variable.get("name")))
         if quantity is not None and has_unit(quantity):
@@ -260,7 +280,7 @@ def _complete(root: Any, variables: Any, quantities: Mapping[str, Quantity]) -> 
 
 
 def _quantities(system: System) -> dict[str, Quantity]:
-    """What every variable of the container is, by name."""
+    """The quantity of every variable of the container, by its name."""
     old = is_old(system)
     return {
         f"{name}.{element}": variable.quantity

@@ -18,24 +18,38 @@ from orchestrator.ssp import writer as ssp
 
 @dataclass(frozen=True)
 class Targets:
-    """The files that are wanted."""
+    """The files that are to be written."""
 
     ssp: Path | None = None
+    """The system as an SSP file"""
     container: Path | None = None
+    """The system as one FMU"""
 
 
 @dataclass(frozen=True)
 class Written:
-    """What was written, in words."""
+    """What was written."""
 
     lines: tuple[str, ...]
+    """A description of each file"""
     remarks: tuple[str, ...]
+    """The remarks on the system"""
 
 
 def write(request: str, options: Options, targets: Targets, progress: Progress) -> Written:
-    """Write the system of a scenario, an `.ssp` file or a run folder as the files that are wanted.
+    """Write a system in the forms that other tools read; nothing is written when anything is wrong.
 
-    Nothing is written when anything is wrong. Raises `RequestError`.
+    Args:
+        request: A scenario, an `.ssp` file, a single FMU or a run folder, as `load` takes it.
+        options: What is changed of it.
+        targets: The files.
+        progress: Receives reports on what is going on.
+
+    Returns:
+        What was written.
+
+    Raises:
+        RequestError: The request is wrong, or the system has no such form.
     """
     raise_if_any(_target_problems(targets))
     scenario = load(request, options, progress)
@@ -55,7 +69,14 @@ def write(request: str, options: Options, targets: Targets, progress: Progress) 
 
 
 def default_mode(request: str) -> Mode:
-    """How blocks are exported when nothing is said: as FMI 2.0, which every tool reads; a fixed system stays."""
+    """How blocks are exported if nobody chooses: as FMI 2.0, which every tool reads; a fixed system stays as it is.
+
+    Args:
+        request: What is exported, as `load` takes it.
+
+    Returns:
+        The mode, for `Options`.
+    """
     return Options().mode if Path(request).is_dir() or Path(request).suffix in {".ssp", ".fmu"} else Version.FMI2
 
 

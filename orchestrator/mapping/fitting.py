@@ -33,6 +33,8 @@ class Row:
     """Variables and constants as text; empty where there is nothing"""
     note: str = ""
     """What was decided without being told"""
+    remark: str = ""
+    """The remark of the fitting that tells of this decision"""
     misfit: bool = False
     """Whether there is a variable of this name that cannot stand for the signal; a problem says why"""
 
@@ -193,9 +195,9 @@ class _Fit:
         links = self.outputs if row.role == "outputs" else self.inputs
         variables = [v for v in offered if v.name in entry.variables]
         note = decision(row.signal, variables, links[-1])
-        if note:
-            self.remarks.append(remark(self.name, row.signal, row.role, entry.variables, note))
-        return replace(row, theirs=listed(entry.variables), note=note)
+        told = remark(self.name, row.signal, row.role, entry.variables, note) if note else ""
+        self.remarks += [told] if told else []
+        return replace(row, theirs=listed(entry.variables), note=note, remark=told)
 
     def _constant(self, signal: Variable, role: str, amount: Amount) -> None:
         key = f"{self.mapping.where}: {signal.name}.constant"
