@@ -169,7 +169,7 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
 
 
 def _copy(source: UnitSource, path: Path) -> None:
-    """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, which a container does not have."""
+    """Copy an FMU for the toolbox, without its clocks: they tick in Event Mode only, and a container has none."""
     file = source.describe().file
     assert file is not None  # noqa: S101 - a unit without a file has been refused
     if not source.interface.clocks:

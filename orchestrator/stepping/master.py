@@ -7,7 +7,7 @@ flat tables: one column of memory per type that all units write to and read from
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from components.interfaces.conversion import IDENTITY
 from components.interfaces.problem import choices, did_you_mean, refuse
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
@@ -23,7 +22,8 @@ from orchestrator.stepping.lowering import Call, Lowered
 from orchestrator.stepping.rows import Log
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import Table
-from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, macro_step
+from orchestrator.stepping.written_inputs import WrittenInputs
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, last_tick
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -85,7 +85,7 @@ class Simulation:
     ) -> None:
         self.system = system
         self.h = h
-        self.last_tick = _ticks(h, until)
+        self.last_tick = last_tick(h, until)
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
@@ -93,8 +93,7 @@ class Simulation:
         self.log = Log(self._table, self.last_tick + 1, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] wall time of each macro step"""
-        self._written: list[tuple[int, str, Any]] = []
-        """From which tick on an input is held at a value, or by its connection again (None)"""
+        self._written = WrittenInputs(system)
         self._units: dict[str, Unit] = {}
 
     def __enter__(self) -> Self:
@@ -223,7 +222,7 @@ class Simulation:
         if problems := variable.quantity.problems(path, value):
             raise refuse(path, problems[0].found, problems[0].valid)
         self._table.hold(unit, name, value)
-        self._written.append((self.tick + 1, path, value))
+        self._written.add(self.tick + 1, path, value)
         self._lower()
 
     def release(self, path: str) -> None:
@@ -237,7 +236,7 @@ class Simulation:
         """
         unit, _, name = self._known(path, "inputs").partition(".")
         self._table.release(unit, name)
-        self._written.append((self.tick + 1, path, None))
+        self._written.add(self.tick + 1, path, None)
         self._lower()
 
     def _known(self, path: str, role: str) -> str:
@@ -265,36 +264,7 @@ class Simulation:
             for the signals that were not.
         """
         ticks, kept = self.log.columns()
-        columns: dict[str, Any] = {"time": ticks * self.h, **kept}
-        for path in dict.fromkeys(path for _, path, _ in self._written):
-            columns |= self._received(path, columns, ticks)
-        return columns
-
-    def _received(self, path: str, columns: Mapping[str, Any], ticks: NDArray[np.int64]) -> dict[str, Any]:
-        """What a written input received in each row: its connection's values, or those that were written.
-
-        It is left out where its connection's values were not recorded.
-        """
-        unit, _, name = path.partition(".")
-        variable = self.system.variable(path, role="inputs")
-        wires = [c for c in self.system.connections if (c.unit, c.input) == (unit, name)]
-        found: dict[str, Any] = {}
-        for i, element in enumerate(variable.elements):
-            wire = next((c for c in wires if c.input_element is None or c.input_element.at == i), None)
-            if wire is None:
-                before = np.full(len(ticks), np.ravel(self.system.held[path])[i])
-            else:
-                at = wire.output_element.at if wire.output_element else (i if wire.input_element is None else 0)
-                output = self.system.variable(f"{wire.source}.{wire.output}").elements[at]
-                before = columns.get(f"{wire.source}.{output}")
-                before = before if before is None or wire.conversion == IDENTITY else wire.conversion(before)
-            if before is None:
-                continue
-            values = before.copy()
-            for tick, _, value in (w for w in self._written if w[1] == path):
-                values[ticks >= tick] = before[ticks >= tick] if value is None else np.ravel(value)[i]
-            found[f"{unit}.{element}"] = values
-        return found
+        return {"time": ticks * self.h, **kept, **self._written.columns(kept, ticks)}
 
     def close(self) -> None:
         """Release all units; rows stay."""
@@ -324,13 +294,3 @@ def simulate(
     with Simulation(system, h=h, until=until, algorithm=algorithm, solve_loops=solve_loops) as simulation:
         simulation.run()
         return simulation.frame()
-
-
-def _ticks(h: float, until: float) -> int:
-    macro_step(h)
-    if not (np.isfinite(until) and until >= 0):
-        raise refuse("stop time", f"{until:g} s", "a number of seconds, 0 or more")
-    ticks = round(until / h)
-    if abs(ticks * h - until) > 1e-9 * max(1.0, until):
-        raise refuse("stop time", f"{until:g} s", f"a whole number of steps of {h:g} s", f"Try {ticks * h:g} s.")
-    return ticks

@@ -38,6 +38,28 @@ def macro_step(h: float) -> float:
     return h
 
 
+def last_tick(h: float, until: float) -> int:
+    """The tick at which a run ends.
+
+    Args:
+        h: The macro step [s].
+        until: The stop time [s].
+
+    Returns:
+        The number of macro steps from 0 s to the stop time.
+
+    Raises:
+        RequestError: The stop time is negative, or no whole number of macro steps.
+    """
+    macro_step(h)
+    if not (math.isfinite(until) and until >= 0):
+        raise refuse("stop time", f"{until:g} s", "a number of seconds, 0 or more")
+    ticks = round(until / h)
+    if abs(ticks * h - until) > 1e-9 * max(1.0, until):
+        raise refuse("stop time", f"{until:g} s", f"a whole number of steps of {h:g} s", f"Try {ticks * h:g} s.")
+    return ticks
+
+
 Choice: TypeAlias = Mapping[str, int]
 """Keep the signals that fit a pattern at every n-th tick, 0 for never; the last pattern that fits counts."""
 
