@@ -118,10 +118,10 @@ __getattr__, __dir__ = facade(
     {
         "components.catalogue": ("BLOCKS", "CATALOGUE", "EXTRAS", "add_block", "remove_block"),
         "components.controller.coast": ("Coast",),
+        "components.controller.constrained_mpc": ("ConstrainedMpc",),
         "components.controller.lqr": ("Lqr",),
         "components.controller.mpc": ("Mpc",),
         "components.controller.mpc_external": ("MpcInteriorPoint", "MpcSqp"),
-        "components.controller.constrained_mpc": ("ConstrainedMpc",),
         "components.controller.pure_pursuit": ("PurePursuit",),
         "components.controller.stanley": ("Stanley",),
         "components.controller.two_level_mp": ("TwoLevelMp",),

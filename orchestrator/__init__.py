@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from orchestrator.results import metrics
     from orchestrator.run import Execution, Finished, execute
     from orchestrator.scenario.options import Options
-    from orchestrator.scenario.prepare import prepare
     from orchestrator.stepping.master import Simulation, SimulationError, simulate
     from orchestrator.system.experiment import Algorithm, Scenario
+    from orchestrator.system.shown import shown
     from orchestrator.system.source import Fmu, block_source
     from orchestrator.system.system import System
 
@@ -41,7 +41,7 @@ __all__ = [
     "execute",
     "load",
     "metrics",
-    "prepare",
+    "shown",
     "simulate",
 ]
 
@@ -55,9 +55,9 @@ __getattr__, __dir__ = facade(
         "orchestrator.results": ("metrics",),
         "orchestrator.run": ("Execution", "Finished", "execute"),
         "orchestrator.scenario.options": ("Options",),
-        "orchestrator.scenario.prepare": ("prepare",),
         "orchestrator.stepping.master": ("Simulation", "SimulationError", "simulate"),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
+        "orchestrator.system.shown": ("shown",),
         "orchestrator.system.source": ("Fmu", "block_source"),
         "orchestrator.system.system": ("System",),
     },

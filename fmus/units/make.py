@@ -9,7 +9,15 @@ from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 
 
 def fmu_unit(name: str, archive: Archive) -> FmuUnit:
-    """The FMU in `archive` as a unit. Raises `RequestError` when its library cannot be used."""
+    """The FMU in `archive` as a unit.
+
+    Args:
+        name: name of the unit.
+        archive: the FMU file, opened.
+
+    Raises:
+        RequestError: the library of the FMU cannot be used.
+    """
     if archive.is_model_exchange:
         from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads the solver's libraries
 

@@ -10,14 +10,12 @@ import time
 import numpy as np
 import pytest
 
+from orchestrator import Options, Simulation, load
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Recording
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.run_folder import write_system
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing.live import LiveOptions, LiveStream
 
@@ -28,7 +26,7 @@ BUDGET = {"per step": "150 us", "per simulated minute": "2 MB", "live, 99th perc
 
 @pytest.fixture(scope="module")
 def dynamic():
-    return prepare("dynamic", Options(mode="blocks", stop_time=(TICKS - 1) * 0.1))
+    return load("dynamic", Options(mode="blocks", stop_time=(TICKS - 1) * 0.1))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ import pytest
 from components.interfaces.quantity import DTYPES
 from fmus import Version, fmu_unit, open_fmu
 from fmus.units.unit import widths
-from orchestrator import Options, Simulation, prepare
+from orchestrator import Options, Simulation, load
 
 STEPS = 1000
 
@@ -21,7 +21,7 @@ STEPS = 1000
 @pytest.mark.parametrize("version", list(Version), ids=lambda v: f"fmi{v}")
 def test_controller_step(benchmark, built_fmus, version):
     """Path, corridor and solve of `mpc`, at states of the static run in the middle of the lane change."""
-    made = prepare("static", Options(mode=version))
+    made = load("static", Options(mode=version))
     with Simulation(made.system, h=made.h, until=3.0) as simulation:
         simulation.run()
         driven = simulation._table.inputs("controller")
@@ -48,7 +48,7 @@ def test_controller_step(benchmark, built_fmus, version):
 
 @pytest.mark.parametrize("mode", ["blocks", *Version], ids=str)
 def test_stepping_the_static_scenario(benchmark, built_fmus, mode):
-    made = prepare("static", Options(mode=mode))
+    made = load("static", Options(mode=mode))
 
     def fresh():
         simulation = Simulation(made.system, h=made.h, until=made.until)

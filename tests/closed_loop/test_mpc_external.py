@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.scenario.options import Options
-from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator import Options, load, simulate
 
 
 @pytest.fixture(scope="module")
 def run():
     def frame(scenario, **options):
-        made = prepare(scenario, Options(mode="blocks", **options))
+        made = load(scenario, Options(mode="blocks", **options))
         return simulate(made.system, h=made.h, until=made.until)
 
     return frame
