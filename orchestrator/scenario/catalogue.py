@@ -79,9 +79,7 @@ def ensure_built(
     return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
 
 
-def build_models(
-    requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Progress
-) -> list[Path]:
+def build_models(requests: Sequence[str], versions: Sequence[Version], folder: Path, progress: Progress) -> list[Path]:
     """Build the FMUs of Modelica files.
 
     Args:
