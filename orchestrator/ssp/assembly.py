@@ -14,12 +14,12 @@ from components.interfaces.conversion import IDENTITY, Linear, Transformation, u
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
+from orchestrator.ssp.connection_graph import Driver, Wiring, is_inside
 from orchestrator.ssp.connections import Index
 from orchestrator.ssp.conversion import constant, joined
 from orchestrator.ssp.parameter_values import Value, Values
 from orchestrator.ssp.ssp_units import Part, Place
 from orchestrator.ssp.types import Declared, Step
-from orchestrator.ssp.wiring import Driver, Wiring, is_inside
 
 _FEW: Final = 4
 """Elements of an array that a remark shows"""

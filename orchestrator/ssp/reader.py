@@ -24,15 +24,15 @@ from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.resolution import Setting, resolve
+from orchestrator.ssp.annotation import NOTHING, Notes, read_notes
 from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
-from orchestrator.ssp.notes import NOTHING, Notes, read_notes
+from orchestrator.ssp.connection_graph import Wiring
 from orchestrator.ssp.parameter_values import Value, gather
 from orchestrator.ssp.rules import NS
 from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at
 from orchestrator.ssp.structure import Group, read_structure
 from orchestrator.ssp.types import number
-from orchestrator.ssp.wiring import Wiring
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
 from orchestrator.system.experiment import STEP, Algorithm, Scenario, algorithm_named, macro_step
 from orchestrator.system.files import Given
