@@ -37,7 +37,7 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
-from orchestrator.ssp.writer import element_names, ends, is_old
+from orchestrator.ssp.element_names import connected_names, element_names, is_fmi2
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
 from orchestrator.stepping.schedule import follows_inputs, schedule
 from orchestrator.system.connection import Connection
@@ -124,7 +124,7 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
 def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> Iterator[Problem]:
     if wire.conversion != IDENTITY:
         yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
-    if not is_old(system) and (wire.output_element or wire.input_element):
+    if not is_fmi2(system) and (wire.output_element or wire.input_element):
         yield Problem(str(wire), "a single element of an array", "whole arrays in FMI 3.0", "Export it with --fmi 2.")
     if algorithm is Algorithm.SEQUENTIAL and follows_inputs(system.units[wire.source].interface, wire.output):
         found = "an output that follows its unit's inputs at the same instant"
@@ -149,7 +149,7 @@ def _logged_errors() -> Generator[list[str]]:
 
 def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
     """Describe the system to the toolbox: FMUs, links, outputs, parameters and held inputs."""
-    system, old = scenario.system, is_old(scenario.system)
+    system, old = scenario.system, is_fmi2(scenario.system)
     identifier = re.sub(r"\W", "_", f"_{scenario.name}" if scenario.name[:1].isdigit() else scenario.name)
     container: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
     container.start_time, container.stop_time = 0.0, scenario.until
@@ -157,11 +157,11 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
         _copy(system.units[name], folder / f"{name}.fmu")
         container.get_fmu(f"{name}.fmu")
     for wire in system.connections:
-        for start, end in ends(system, wire, old=old):
+        for start, end in connected_names(system, wire, flat=old):
             container.add_link(f"{wire.source}.fmu", start, f"{wire.unit}.fmu", end)
     for name, source in system.units.items():
         for variable in source.interface.outputs:
-            for element in element_names(source, variable.name, "outputs", old=old):
+            for element in element_names(source, variable.name, "outputs", flat=old):
                 container.add_output(f"{name}.fmu", element, f"{name}.{element}")
         _expose(container, system, name, "parameters", source.parameters)
         _expose(container, system, name, "inputs", system.held_by(name))
@@ -196,7 +196,7 @@ def _without_clocks(content: bytes) -> bytes:
 
 def _expose(container: Any, system: System, name: str, role: str, values: Mapping[str, Any]) -> None:
     """Make parameters or held inputs of a unit inputs of the container, each with its value as start value."""
-    source, old = system.units[name], is_old(system)
+    source, old = system.units[name], is_fmi2(system)
     structural = set(source.structural)
     variables: list[Variable] = [v for v in getattr(source.interface, role) if role == "parameters" or v.name in values]
     for variable in variables:
@@ -204,7 +204,7 @@ def _expose(container: Any, system: System, name: str, role: str, values: Mappin
             continue
         given = np.ravel(values[variable.name]).tolist() if variable.name in values else []
         texts = [_text(x, variable.quantity) for x in given]
-        elements = element_names(source, variable.name, role, old=old)
+        elements = element_names(source, variable.name, role, flat=old)
         for i, element in enumerate(elements):
             container.add_input(f"{name}.{element}", f"{name}.fmu", element)
             if texts:
@@ -257,7 +257,7 @@ def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:
     root.set("modelName", scenario.name)
     root.set("description", scenario.title or f"the system `{scenario.name}` in one FMU")
     content = b"".join(files[name] for name in sorted(files) if name != "modelDescription.xml")
-    token = "guid" if is_old(scenario.system) else "instantiationToken"
+    token = "guid" if is_fmi2(scenario.system) else "instantiationToken"
     root.set(token, str(uuid.uuid5(uuid.NAMESPACE_OID, f"{scenario.name} {hashlib.sha256(content).hexdigest()}")))
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
@@ -281,11 +281,11 @@ def _complete(root: Any, variables: Any, quantities: Mapping[str, Quantity]) -> 
 
 def _quantities(system: System) -> dict[str, Quantity]:
     """The quantity of every variable of the container, by its name."""
-    old = is_old(system)
+    old = is_fmi2(system)
     return {
         f"{name}.{element}": variable.quantity
         for name, source in system.units.items()
         for role in ("inputs", "outputs", "parameters")
         for variable in getattr(source.interface, role)
-        for element in element_names(source, variable.name, role, old=old)
+        for element in element_names(source, variable.name, role, flat=old)
     }

@@ -14,6 +14,7 @@ from orchestrator.exchange import container
 from orchestrator.loading import load
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
+from orchestrator.ssp.element_names import is_fmi2, ssp_version
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,11 @@ def write(request: str, options: Options, targets: Targets, progress: Progress) 
     if targets.container is not None:
         progress.now("putting the FMUs into one")
         container.write(scenario, targets.container)
-        version = 2 if ssp.is_old(scenario.system) else 3
+        version = 2 if is_fmi2(scenario.system) else 3
         lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")
     if targets.ssp is not None:
         ssp.write(scenario, targets.ssp)
-        lines.append(f"{targets.ssp}  SSP {'1.0' if ssp.is_old(scenario.system) else '2.0'}, {len(units)} FMUs")
+        lines.append(f"{targets.ssp}  SSP {ssp_version(scenario.system)}, {len(units)} FMUs")
     return Written(tuple(lines), scenario.remarks)
 
 

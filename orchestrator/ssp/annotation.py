@@ -1,55 +1,122 @@
-"""What SSP has no word for, as an annotation of ours says it: how the run is run, and what its units are to it."""
+"""The annotation of this program in an SSP: what of a scenario the standard has no element for, written and read."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import asdict
 from fractions import Fraction
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator
+from pydantic_core import PydanticKnownError
 
 from components.interfaces.problem import refuse
-from orchestrator.ssp.archive import Document
-from orchestrator.ssp.writer import OURS
-from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm
+from components.interfaces.quantity import Type
+from components.interfaces.sockets import SOCKETS
+from orchestrator.ssp.archive import Document, alternatives
+from orchestrator.ssp.vocabulary import OURS, Tag
+from orchestrator.ssp.xml import qualified
+from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm, Scenario
 from orchestrator.system.files import checked
+from orchestrator.system.source import UnitSource
+
+
+def _registered_socket(name: Any) -> str:
+    """A value that is the name of a socket; the error has the words of pydantic for a `Literal`."""
+    if isinstance(name, str) and name in SOCKETS:
+        return name
+    raise PydanticKnownError("literal_error", {"expected": alternatives(f"'{known}'" for known in SOCKETS)})
+
 
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+_SocketName = Annotated[str, PlainValidator(_registered_socket)]
 
 
-class Notes(BaseModel):
-    """The annotation that `writer` writes; what is missing is as where nothing is said."""
+class ScenarioAnnotation(BaseModel):
+    """The content of the annotation; an entry that is missing has its default.
+
+    Attributes:
+        step: The macro step [s].
+        scene: The values of the scene.
+        sockets: The sockets that units fill, by unit.
+        held: The values of inputs that nothing drives, by input; bytes are hexadecimal digits.
+        algorithm: The name of the master algorithm.
+        solve_loops: Whether algebraic loops are solved.
+        record: The signals that are recorded: by pattern, at every how many ticks.
+        steps: The steps of units, as multiples of the macro step.
+        isolated: The time [s] that one call of a unit in a process of its own may take.
+        sources: Where the values of the scene and the experiment come from; parameter sets have those of parameters.
+    """
 
     model_config = ConfigDict(extra="forbid")
 
     step: _Seconds
-    sockets: dict[str, Literal["plant", "traffic", "controller"]]
     scene: dict[str, Any] | None = None
+    sockets: dict[str, _SocketName]
     held: dict[str, Any] = {}
-    """By input; bytes are hexadecimal digits"""
     algorithm: str = Algorithm.SEQUENTIAL
     solve_loops: bool = False
     record: dict[str, Annotated[int, Field(ge=0)]] = dict(EVERYTHING)
     steps: dict[str, Fraction] = {}
     isolated: dict[str, _Seconds] = {}
     sources: dict[str, dict[str, Any]] = {}
-    """Of the scene and the experiment; those of parameters stand beside them"""
+
+    def held_values(self, units: Mapping[str, UnitSource]) -> dict[str, Any]:
+        """The values of inputs as their units take them: texts of binary inputs become bytes."""
+        types = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
+        return {path: _as_bytes(v) if types.get(path) is Type.BINARY else v for path, v in self.held.items()}
 
 
-NOTHING: Final = Notes(step=STEP, sockets={})
-"""What a system of another maker says"""
+NO_ANNOTATION: Final = ScenarioAnnotation(step=STEP, sockets={})
+"""What holds for a system of another maker"""
 
 
-def read_notes(document: Document) -> Notes | None:
-    """What our annotation says; None in a system of another maker. Raises `RequestError`."""
-    node = document.root.find(f".//{{{OURS}}}Scenario")
+def annotation_of(scenario: Scenario) -> str:
+    """The text of the annotation for a scenario, in JSON."""
+    system = scenario.system
+    patience = {name: source.describe().isolated for name, source in system.units.items()}
+    annotation = ScenarioAnnotation.model_construct(  # what is written has been checked
+        step=scenario.h,
+        scene=asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
+        sockets={name: socket.name for name, socket in system.sockets.items()},
+        held={path: np.asarray(value, dtype=object).tolist() for path, value in system.held.items()},
+        algorithm=scenario.algorithm.value,
+        solve_loops=scenario.solve_loops,
+        record=dict(scenario.record),
+        steps=dict(system.steps),
+        isolated={name: seconds for name, seconds in patience.items() if seconds is not None},
+        sources={p: dict(s) for p, s in scenario.sources.items() if p.startswith(("scene.", "experiment."))},
+    )
+    return json.dumps(dict(annotation), default=_as_json)
+
+
+def _as_json(value: Any) -> Any:
+    """A value that JSON has no type for: bytes as hexadecimal digits, a ratio as text, a number of NumPy."""
+    if isinstance(value, Fraction):
+        return str(value)
+    return value.hex() if isinstance(value, bytes) else value.item()
+
+
+def _as_bytes(value: Any) -> Any:
+    return bytes.fromhex(value) if isinstance(value, str) else [_as_bytes(item) for item in value]
+
+
+def read_annotation(document: Document) -> ScenarioAnnotation | None:
+    """The annotation in a description; None in a system of another maker.
+
+    Raises:
+        RequestError: The annotation was changed and cannot be understood.
+    """
+    node = document.root.find(f".//{qualified(OURS, Tag.SCENARIO)}")
     if node is None or not node.text:
         return None
     valid = "what macrostep wrote"
     try:
-        notes: Any = json.loads(node.text)
+        content: Any = json.loads(node.text)
     except ValueError as error:
         raise refuse(document.at(node), f"an annotation that is no JSON ({error})", valid) from error
-    if not isinstance(notes, dict) or not {"step", "sockets"} <= notes.keys():
+    if not isinstance(content, dict) or not {"step", "sockets"} <= content.keys():
         raise refuse(document.at(node), "an annotation without a step or sockets", valid)
-    return checked(Notes, notes, document.at(node))  # type: ignore[unknown]
+    return checked(ScenarioAnnotation, content, document.at(node))  # type: ignore[unknown]

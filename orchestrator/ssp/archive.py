@@ -1,49 +1,68 @@
-"""SSP archives of any maker: unpacked, their documents found by URI, parsed and measured by the rules of SSP."""
+"""SSP archives of any maker: unpacking them, finding their documents by URI, parsing and checking these."""
 
 from __future__ import annotations
 
 import atexit
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
 from components.interfaces.problem import Problem, RequestError, did_you_mean
 from fmus.reading.unpack import parse_xml, unpack
-from orchestrator.ssp.rules import DESCRIPTION, Node, breaches, kind_of
+from orchestrator.ssp.rules import breaches, document_kind
+from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, Attribute, SspVersion, Tag
+from orchestrator.ssp.xml import Node
 
-VALID: Final = "an SSP: a zip archive with SystemStructure.ssd, SSP 1.0 or 2.0"
-_LENIENT: Final = "Have the file corrected by its maker, or read it as it is with --lenient."
-_MOST: Final = 20
-"""Breaches of the rules that are listed of one document."""
+VALID_XML: Final = "well-formed XML without a DTD"
+_CORRECT_IT: Final = "Have the file corrected by its maker, or read it as it is with --lenient."
+_MOST_BREACHES: Final = 20
+"""The breaches of the rules that are listed for one document"""
+
+
+def alternatives(names: Iterable[str]) -> str:
+    """The valid names in their order, as `a, b or c`."""
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+_VERSIONS: Final = alternatives(SspVersion)
+VALID_PACKAGE: Final = f"an SSP: a zip archive with {DESCRIPTION_FILE}"
+VALID_SSP: Final = f"{VALID_PACKAGE}, SSP {_VERSIONS}"
 
 
 @dataclass
 class Findings:
-    """What is wrong with an SSP, all of it at once, and what a person should know of it."""
+    """All the problems of an SSP, and the remarks on it.
+
+    Attributes:
+        lenient: Whether a breach of the standard that does not keep the system from running is only a remark.
+        problems: What keeps the system from running.
+        remarks: What a person should know of a system that runs.
+    """
 
     lenient: bool = False
-    """Whether breaches of the standard that do not keep the system from running are only told"""
     problems: list[Problem] = field(default_factory=list[Problem])
     remarks: list[str] = field(default_factory=list[str])
 
-    def wrong(self, where: str, found: str, valid: str, remedy: str = "") -> None:
-        """Something that nothing can run with."""
+    def add_problem(self, where: str, found: str, valid: str, remedy: str = "") -> None:
+        """Add a problem that keeps the system from running; a problem is listed once."""
         if (problem := Problem(where, found, valid, remedy)) not in self.problems:
             self.problems.append(problem)
 
-    def breach(self, where: str, found: str, valid: str, remedy: str = _LENIENT) -> None:
-        """A rule of the standard that is broken, though the meaning is clear."""
+    def add_breach(self, where: str, found: str, valid: str, remedy: str = _CORRECT_IT) -> None:
+        """Add a breach of the standard whose meaning is clear: a problem, or a remark for a lenient reader."""
         if not self.lenient:
-            self.wrong(where, found, valid, remedy)
+            self.add_problem(where, found, valid, remedy)
         elif (remark := f"{where}: {found}; valid: {valid}") not in self.remarks:
             self.remarks.append(remark)
 
     def attempt(self, action: Callable[[], Any]) -> Any:
-        """What `action` gives, or None where it is refused: then its problems are among these."""
+        """The result of `action`; None where it raises `RequestError`, whose problems are added."""
         try:
             return action()
         except RequestError as error:
@@ -53,16 +72,21 @@ class Findings:
 
 @dataclass(frozen=True)
 class Package:
-    """An SSP that has been unpacked."""
+    """An SSP that has been unpacked into a folder.
+
+    Attributes:
+        folder: The folder that holds the content.
+        where: The path of the SSP for messages, after those of the SSPs that contain it.
+        findings: Where problems are gathered.
+    """
 
     folder: Path
     where: str
-    """How a person knows it: its path, after those of the SSPs that it lies in"""
     findings: Findings
 
     @property
     def files(self) -> list[str]:
-        """All files in it, by their path from its root."""
+        """The paths of all files, relative to the root of the archive."""
         return sorted(p.relative_to(self.folder).as_posix() for p in self.folder.rglob("*") if p.is_file())
 
 
@@ -76,16 +100,16 @@ class Document:
 
     @property
     def where(self) -> str:
-        """The package and the file."""
+        """The package and the file, for messages."""
         return f"{self.package.where}, {self.path.relative_to(self.package.folder).as_posix()}"
 
     def at(self, node: Node, what: str = "") -> str:
-        """The file and line of an element, and what it is."""
+        """The file and the line of an element, and what the element is, for messages."""
         return f"{self.where}, line {node.sourceline}" + (f": {what}" if what else "")
 
     @property
     def findings(self) -> Findings:
-        """Where problems go."""
+        """Where problems are gathered."""
         return self.package.findings
 
 
@@ -94,61 +118,81 @@ _folders: list[Path] = []
 
 @atexit.register
 def remove_packages() -> None:
-    """Remove all that was unpacked; for a process that ends without saying so."""
+    """Remove all unpacked archives; a process that ends without running its exit handlers calls this itself."""
     while _folders:
         shutil.rmtree(_folders.pop(), ignore_errors=True)
 
 
 def open_package(path: Path, where: str, findings: Findings) -> Package:
-    """Unpack an SSP into a folder that lasts as long as this process. Raises `RequestError`."""
+    """Unpack an SSP into a folder that lasts as long as this process.
+
+    Args:
+        path: The archive.
+        where: Its path for messages.
+        findings: Where the problems of its documents are gathered.
+
+    Raises:
+        RequestError: The file is not a zip archive, or an entry would leave the folder.
+    """
     folder = Path(tempfile.mkdtemp(prefix="macrostep_ssp_")).resolve()
     _folders.append(folder)
-    unpack(path, folder, where, VALID)
+    unpack(path, folder, where, VALID_SSP)
     return Package(folder, where, findings)
 
 
-def read_document(package: Package, path: Path, wanted: str = DESCRIPTION) -> Document | None:
-    """An XML file of a package, or None where it cannot be used: the findings say why. `wanted` is its root element."""
+def read_document(package: Package, path: Path, kind: Tag = Tag.DESCRIPTION) -> Document | None:
+    """An XML file of a package, whose root element must be `kind`; None where the findings say why it is unusable."""
     where = f"{package.where}, {path.relative_to(package.folder).as_posix()}"
     content = path.read_bytes()
-    root = package.findings.attempt(lambda: parse_xml(content, where, "well-formed XML without a DTD"))
+    root = package.findings.attempt(lambda: parse_xml(content, where, VALID_XML))
     if root is None:
         return None
-    made = Document(package, path, root)
-    return made if is_valid(made, root, wanted) else None
+    document = Document(package, path, root)
+    return document if conforms(document, root, kind) else None
 
 
-def is_valid(document: Document, root: Node, wanted: str) -> bool:
-    """Whether an element, the root or a document inside another, is a `wanted` one of SSP 1 or 2; its breaches told."""
+def conforms(document: Document, root: Node, kind: Tag) -> bool:
+    """Check a document, or one that stands inside another; the findings get its breaches of the rules.
+
+    Args:
+        document: The file.
+        root: Its root element, or that of the document inside.
+        kind: The root element that is wanted.
+
+    Returns:
+        Whether the document is of this kind and of a version that can be read.
+    """
     findings, where = document.findings, document.at(root)
-    if kind_of(root) != wanted:
-        findings.wrong(where, f"the element `{root.tag}`", f"`{wanted}` of SSP 1.0 or 2.0")
+    if document_kind(root) is not kind:
+        findings.add_problem(where, f"the element `{root.tag}`", f"`{kind}` of SSP {_VERSIONS}")
         return False
-    version = root.get("version", "")
-    if not version:
-        findings.breach(where, "no version", "1.0 or 2.0")
-    elif version.split(".")[0] not in {"1", "2"}:
-        findings.wrong(where, f"SSP version {version}", "1.0 or 2.0")
+    text = root.get(Attribute.VERSION, "")
+    version = SspVersion.of(text) if text else SspVersion.SSP1
+    if not text:
+        findings.add_breach(where, "no version", _VERSIONS)
+    if version is None:
+        findings.add_problem(where, f"SSP version {text}", _VERSIONS)
         return False
-    for line, text in list(breaches(root, wanted, version))[:_MOST]:
-        findings.breach(f"{document.where}, line {line}", text, f"what SSP {version or '1.0'} allows")
+    for line, found in islice(breaches(root, kind, version), _MOST_BREACHES):
+        findings.add_breach(f"{document.where}, line {line}", found, f"what SSP {text or version} allows")
     return True
 
 
-def resolve(document: Document, uri: str, where: str) -> Path | None:
-    """The file that a URI means, relative to its document; None where there is none: the findings say why."""
+def resolve_uri(document: Document, uri: str, where: str) -> Path | None:
+    """The file that a URI means, relative to its document; None where there is none, as the findings say."""
     package, base = document.package, document.path.parent
     valid = "the relative path of a file in the archive"
     parts = urlsplit(uri)
     if len(parts.scheme) > 1 or parts.netloc:
-        package.findings.wrong(where, f"the address `{uri}`", valid, "Put the file into the archive.")
+        package.findings.add_problem(where, f"the address `{uri}`", valid, "Put the file into the archive.")
         return None
     for name in (uri, uri.partition("#")[0], unquote(uri.partition("#")[0])):
         path = (base / name).resolve()
         if name.startswith(("/", "\\")) or not path.is_relative_to(package.folder):
-            package.findings.wrong(where, f"`{uri}`, which leaves the archive", valid)
+            package.findings.add_problem(where, f"`{uri}`, which leaves the archive", valid)
             return None
         if path.is_file():
             return path
-    package.findings.wrong(where, f"the file `{uri}`, which is not there", valid, did_you_mean(uri, package.files))
+    missing = f"the file `{uri}`, which is not there"
+    package.findings.add_problem(where, missing, valid, did_you_mean(uri, package.files))
     return None

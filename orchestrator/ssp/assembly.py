@@ -1,4 +1,4 @@
-"""What an SSP gives to each unit: what drives its inputs, what they hold otherwise, and its parameters' values."""
+"""What an SSP gives to each unit: the sources of its inputs, the values that inputs hold, and parameter values."""
 
 from __future__ import annotations
 
@@ -11,217 +11,264 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.conversion import IDENTITY, Linear, Transformation, unit_conversion
+from components.interfaces.problem import Problem
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connection_graph import Driver, Wiring, is_inside
-from orchestrator.ssp.connections import Index
-from orchestrator.ssp.conversion import constant, joined
-from orchestrator.ssp.parameter_values import Value, Values
-from orchestrator.ssp.ssp_units import Part, Place
-from orchestrator.ssp.types import Declared, Step
+from orchestrator.ssp.connection_graph import ConnectionGraph, ResolvedConnection, is_inside
+from orchestrator.ssp.connections import ElementIndex
+from orchestrator.ssp.conversion import composed, constant
+from orchestrator.ssp.parameter_values import ParameterValue, ParameterValues
+from orchestrator.ssp.ssp_units import SspUnit, UnitVariable
+from orchestrator.ssp.transformations import ConversionStep
+from orchestrator.ssp.types import DeclaredType
 
-_FEW: Final = 4
-"""Elements of an array that a remark shows"""
+_SHOWN_ELEMENTS: Final = 4
+"""The elements of an array that a remark shows"""
 
-_Piece: TypeAlias = tuple[Index, Value, tuple[Step, ...]]
-"""An element, or all of a variable; a value for it; and what happens to that"""
+_GivenValue: TypeAlias = tuple[ElementIndex, ParameterValue, tuple[ConversionStep, ...]]
+"""An element, or None for the whole variable; its value; and the conversions of the value"""
 
 
 @dataclass(frozen=True)
-class _Wire:
-    """A connection into a variable, or one element of it."""
+class UndrivenInput:
+    """An input that nothing drives or sets, with the start value that it keeps."""
 
-    at: Index
-    source: tuple[Part, Place]
-    total: Transformation
+    path: str
+    start: Any
+
+    def __str__(self) -> str:
+        return f"{self.path} = {_short(self.start)}"
+
+
+@dataclass(frozen=True)
+class _UnitConnection:
+    """A connection into a variable of a unit, or into one element of it."""
+
+    index: ElementIndex
+    unit: SspUnit
+    output: UnitVariable
+    transformation: Transformation
     where: str
 
 
 @dataclass
 class Assembly:
-    """The system that an SSP makes of its parts, as far as they are known."""
+    """The system that an SSP makes of its units, as far as they are known.
+
+    Attributes:
+        findings: Where problems and remarks are gathered.
+        values: The parameter values of the SSP.
+        graph: The connections of the SSP.
+        wiring: The outputs that drive inputs, by input, both with their unit.
+        transformations: The transformations beyond unit conversions, by input.
+        unconverted: The inputs without a unit conversion.
+        held: The values of inputs that nothing drives, by input.
+        undriven: The inputs that nothing drives or sets.
+        places: The file and line of connections and values, by the path that a problem of the system has.
+    """
 
     findings: Findings
-    values: Values
-    wires: Wiring
+    values: ParameterValues
+    graph: ConnectionGraph
     wiring: dict[str, str] = field(default_factory=dict[str, str])
     transformations: dict[str, Transformation] = field(default_factory=dict[str, Transformation])
     unconverted: set[str] = field(default_factory=set[str])
     held: dict[str, Any] = field(default_factory=dict[str, Any])
-    left: list[str] = field(default_factory=list[str])
-    """Inputs that nothing drives or sets, with their start values"""
-    lines: dict[str, str] = field(default_factory=dict[str, str])
-    """Where in the SSP a connection or a value stands, by the paths that problems are told with"""
+    undriven: list[UndrivenInput] = field(default_factory=list[UndrivenInput])
+    places: dict[str, str] = field(default_factory=dict[str, str])
 
-    def connect(self, part: Part) -> None:
-        """Wire all inputs of a unit; those, or their elements, that nothing drives hold a value."""
-        for name in [n for n, p in part.places.items() if p.role == "inputs" and not p.at]:
-            place = part.places[name]
-            drivers = self.wires.drivers(part, place)
-            wires = [made for d in drivers if (made := self._wire(d)) is not None]
-            for wire in _merged(place.variable, wires):
-                self._add(part, place.variable, wire)
-            if not {w.at for w in wires} & {None} and {w.at for w in wires} != set(_indices(place.variable)):
-                self._hold(part, place.variable, [d for d in drivers if d.part is None], partly=bool(wires))
-        for name in [n for n, p in part.places.items() if p.role == "clocks"]:
-            for driver in self.wires.drivers(part, part.places[name]):
-                if driver.part is not None and driver.place is not None:
-                    self.wiring[f"{part.name}.{name}"] = f"{driver.part.name}.{driver.place.variable.name}"
+    def connect(self, unit: SspUnit) -> None:
+        """Connect all inputs of a unit; inputs and elements that nothing drives hold a value."""
+        for target in [v for v in unit.variables.values() if v.role == "inputs" and not v.index]:
+            resolved = self.graph.connections_to(unit, target)
+            between_units = [c for r in resolved if (c := self._unit_connection(r)) is not None]
+            for connection in _merged(target.variable, between_units):
+                self._add(unit, target.variable, connection)
+            driven = {c.index for c in between_units}
+            if None not in driven and driven != set(_indices(target.variable)):
+                ends = [r for r in resolved if r.unit is None]
+                self._hold(unit, target.variable, ends, partly=bool(between_units))
+        for name in [n for n, v in unit.variables.items() if v.role == "clocks"]:
+            for clock in self.graph.connections_to(unit, unit.variables[name]):
+                if clock.unit is not None and clock.output is not None:
+                    self.wiring[f"{unit.name}.{name}"] = f"{clock.unit.name}.{clock.output.variable.name}"
 
-    def _wire(self, driver: Driver) -> _Wire | None:
-        """One connection between units; None where its values cannot pass: the findings say why."""
-        if driver.part is None or driver.place is None:
+    def parameters(self, unit: SspUnit, only: tuple[str, ...] | None = None) -> dict[str, tuple[Any, ParameterValue]]:
+        """The values of a unit's parameters and start values, and where they come from; connected ones win.
+
+        Args:
+            unit: The unit.
+            only: The parameters that are wanted; all of them, and all start values, if None.
+        """
+        given: dict[str, tuple[Any, ParameterValue]] = {}
+        for name in [n for n, v in unit.variables.items() if v.role == "parameters" and not v.index]:
+            if only is not None and name not in only:
+                continue
+            resolved = self.graph.connections_to(unit, unit.variables[name])
+            self._refuse_outputs(name, resolved)
+            value = self._value(unit, unit.variables[name].variable, [r for r in resolved if r.unit is None])
+            if value is not None:
+                given[name] = value
+        if only is None:
+            for name in [n for n, v in unit.initials.items() if not v.index]:
+                if (value := self._value(unit, unit.initials[name].variable, [])) is not None:
+                    given[name] = value
+        self.places |= {f"{unit.name}.{name}": value.step.where for name, (_, value) in given.items()}
+        return given
+
+    def placed(self, problem: Problem) -> Problem:
+        """A problem of the system with the place in the SSP that it comes from, where that is known."""
+        where = self.places.get(problem.where)
+        return problem if where is None else replace(problem, where=where)
+
+    def _unit_connection(self, resolved: ResolvedConnection) -> _UnitConnection | None:
+        """A connection between units; None for another, and where the findings say why no value can pass."""
+        unit, output = resolved.unit, resolved.output
+        if unit is None or output is None:
             return None
-        start = driver.part.declared(driver.place.variable)
-        total = joined(start, driver.steps, self.findings)
-        return None if total is None else _Wire(driver.at, (driver.part, driver.place), total, driver.steps[0].where)
+        total = composed(unit.declared(output.variable), resolved.steps, self.findings)
+        if total is None:
+            return None
+        return _UnitConnection(resolved.index, unit, output, total, resolved.steps[0].where)
 
-    def _add(self, part: Part, variable: Variable, wire: _Wire) -> None:
-        (giver, place), total = wire.source, wire.total
-        target = f"{part.name}.{_element(variable, wire.at)}"
-        origin = f"{giver.name}.{_element(place.variable, place.at)}"
+    def _add(self, unit: SspUnit, variable: Variable, connection: _UnitConnection) -> None:
+        output, total = connection.output, connection.transformation
+        target = f"{unit.name}.{_element_name(variable, connection.index)}"
+        origin = f"{connection.unit.name}.{_element_name(output.variable, output.index)}"
         self.wiring[target] = origin
-        self.lines |= {f"{origin} -> {target}": wire.where, target: wire.where}
-        own = unit_conversion(place.variable.quantity, variable.quantity)
-        if isinstance(total, Linear) and own is not None and _close(total, own):
+        problem_paths = (f"{origin} -> {target}", f"{origin} -> {target}, transformation", target)
+        self.places |= dict.fromkeys(problem_paths, connection.where)
+        conversion = unit_conversion(output.variable.quantity, variable.quantity)
+        if isinstance(total, Linear) and conversion is not None and _is_close(total, conversion):
             return
         if isinstance(total, Linear):
             self.unconverted.add(target)
         if total != IDENTITY:
             self.transformations[target] = total
 
-    def _hold(self, part: Part, variable: Variable, open_ends: list[Driver], *, partly: bool) -> None:
-        """Give an input that nothing drives, or its other elements, the value that the SSP or the unit has for it."""
-        start = part.source.interface.starts.get(variable.name)
-        given = self.given(part, variable, open_ends, start)
-        path = f"{part.name}.{variable.name}"
+    def _hold(self, unit: SspUnit, variable: Variable, ends: Sequence[ResolvedConnection], *, partly: bool) -> None:
+        """Give an input, or those of its elements that nothing drives, the value of the SSP or of the unit."""
+        path = f"{unit.name}.{variable.name}"
+        given = self._value(unit, variable, ends)
         if given is not None:
-            self.held[path], self.lines[path] = given[0], given[1].step.where
+            self.held[path], self.places[path] = given[0], given[1].step.where
             return
-        if start is None and not part.component.block:
+        start = unit.source.interface.starts.get(variable.name)
+        if start is None and not unit.component.block:
             start = zeros(variable.quantity.type, variable.shape or 1)
             start = start if variable.shape else start.item()
         if start is not None:
             self.held[path] = start.tolist() if isinstance(start, np.ndarray) else start
             if not partly:
-                self.left.append(f"{path} = {_short(self.held[path])}")
+                self.undriven.append(UndrivenInput(path, self.held[path]))
 
-    def parameters(self, part: Part, only: tuple[str, ...] | None = None) -> dict[str, tuple[Any, Value]]:
-        """The values that a unit's parameters get, and where each comes from; those that are connected count last."""
-        found: dict[str, tuple[Any, Value]] = {}
-        for name in [n for n, p in part.places.items() if p.role == "parameters" and not p.at]:
-            if only is not None and name not in only:
-                continue
-            variable = part.places[name].variable
-            drivers = self.wires.drivers(part, part.places[name])
-            for driver in drivers:
-                if driver.part is not None and driver.place is not None:
-                    told = f"`{driver.part.name}.{driver.place.variable.name}` for the parameter `{name}`"
-                    self.findings.wrong(driver.steps[-1].where, told, "a value that is known before anything runs")
-            start = part.source.interface.starts.get(name)
-            given = self.given(part, variable, [d for d in drivers if d.part is None], start)
-            if given is not None:
-                found[name] = given
-        if only is None:
-            for name in [n for n, p in part.initials.items() if not p.at]:
-                start = part.source.interface.starts.get(name)
-                if (given := self.given(part, part.initials[name].variable, [], start)) is not None:
-                    found[name] = given
-        self.lines |= {f"{part.name}.{name}": value.step.where for name, (_, value) in found.items()}
-        return found
+    def _refuse_outputs(self, parameter: str, resolved: Sequence[ResolvedConnection]) -> None:
+        """Refuse connections from outputs to a parameter."""
+        for connection in resolved:
+            if connection.unit is not None and connection.output is not None:
+                output = f"{connection.unit.name}.{connection.output.variable.name}"
+                found, valid = (
+                    f"`{output}` for the parameter `{parameter}`",
+                    "a value that is known before anything runs",
+                )
+                self.findings.add_problem(connection.steps[-1].where, found, valid)
 
-    def given(self, part: Part, variable: Variable, open_ends: list[Driver], start: Any) -> tuple[Any, Value] | None:
-        """The value of a variable from parameter sets: its own, and over it those of connectors that lead to it.
+    def _value(
+        self, unit: SspUnit, variable: Variable, ends: Sequence[ResolvedConnection]
+    ) -> tuple[Any, ParameterValue] | None:
+        """The value that parameter sets give to a variable, and the last of them.
 
-        Elements that nothing gives keep their `start`.
+        The values of connectors of systems, which the `ends` of connections lead to, replace those of the variable
+        itself. Elements that nothing gives keep their start values.
         """
         whole = np.empty(variable.shape, dtype=object)
-        if start is not None:
+        if (start := unit.source.interface.starts.get(variable.name)) is not None:
             whole[...] = start
-        last: Value | None = None
-        for at, value, steps in [*self._own(part, variable), *self._through(open_ends)]:
-            made = constant(value, steps, variable, at, self.findings)
-            if made is None:
+        last: ParameterValue | None = None
+        for index, value, steps in [*self._own_values(unit, variable), *self._values_of_connectors(ends)]:
+            converted = constant(value, steps, variable, index, self.findings)
+            if converted is None:
                 continue
             last = value
-            if at is None:
-                whole[...] = _objects(made, variable.shape)
+            if index is None:
+                whole[...] = _as_objects(converted, variable.shape)
             else:
-                whole[tuple(i - 1 for i in at)] = made
+                whole[tuple(i - 1 for i in index)] = converted
         if last is None:
             return None
-        if missing := [at for at in _indices(variable) if whole[tuple(i - 1 for i in at)] is None]:
-            names = ", ".join(_element(variable, at) for at in missing)
-            self.findings.wrong(last.step.where, f"no value of {names}", f"all elements of `{variable.name}`")
+        if missing := [index for index in _indices(variable) if whole[tuple(i - 1 for i in index)] is None]:
+            names = ", ".join(_element_name(variable, index) for index in missing)
+            valid = f"all elements of `{variable.name}`"
+            self.findings.add_problem(last.step.where, f"no value of {names}", valid)
             return None
         return whole.tolist(), last
 
-    def _own(self, part: Part, variable: Variable) -> Iterator[_Piece]:
-        for name, value in self.values.variables.get(part.component.path, {}).items():
-            place = part.settable(name)
-            if place is not None and place.variable.name == variable.name:
-                yield place.at, value, (replace(value.step, to=part.declared(variable)),)
+    def _own_values(self, unit: SspUnit, variable: Variable) -> Iterator[_GivenValue]:
+        for name, value in self.values.variables.get(unit.component.path, {}).items():
+            target = unit.settable(name)
+            if target is not None and target.variable.name == variable.name:
+                yield target.index, value, (replace(value.step, to=unit.declared(variable)),)
 
-    def _through(self, drivers: list[Driver]) -> Iterator[_Piece]:
-        for driver in drivers:
-            for passed in reversed(driver.passed):  # bindings further out count more
-                value = self.values.connectors.get(passed.port)
-                connector = self.wires.connector(passed.port)
+    def _values_of_connectors(self, ends: Sequence[ResolvedConnection]) -> Iterator[_GivenValue]:
+        for end in ends:
+            for passed in reversed(end.passed):  # a binding further out wins
+                value = self.values.connectors.get(passed.path)
+                connector = self.graph.connector(passed.path)
                 if value is not None and connector is not None:
-                    picked = _picked(value, passed.at, connector.declared)
-                    yield driver.at, picked, (replace(value.step, to=connector.declared), *passed.steps)
+                    picked = _picked(value, passed.index, connector.declared)
+                    yield end.index, picked, (replace(value.step, to=connector.declared), *passed.steps)
                     break
 
 
-def _merged(variable: Variable, wires: Sequence[_Wire]) -> Sequence[_Wire]:
-    """One wire of a whole array in place of those of all its elements, where these come from an array alike."""
-    if not variable.size or not variable.shape or {w.at for w in wires} != set(_indices(variable)):
-        return wires
-    first = wires[0]
-    part, place = first.source
-    for wire in wires:
-        other, there = wire.source
-        if (other.name, there.variable.name, wire.total) != (part.name, place.variable.name, first.total):
-            return wires
-        if there.at != wire.at or there.variable.shape != variable.shape:
-            return wires
-    return [replace(first, at=None, source=(part, replace(place, at=None)))]
+def _merged(variable: Variable, connections: Sequence[_UnitConnection]) -> Sequence[_UnitConnection]:
+    """One connection of a whole array in place of those of all its elements, where these connect an array alike."""
+    if not variable.size or not variable.shape or {c.index for c in connections} != set(_indices(variable)):
+        return connections
+    first = connections[0]
+    for other in connections:
+        if (other.unit.name, other.output.variable.name) != (first.unit.name, first.output.variable.name):
+            return connections
+        if other.transformation != first.transformation:
+            return connections
+        if other.output.index != other.index or other.output.variable.shape != variable.shape:
+            return connections
+    return [replace(first, index=None, output=replace(first.output, index=None))]
 
 
 def _indices(variable: Variable) -> list[tuple[int, ...]]:
-    """All elements, counted from 1; () for a scalar."""
+    """The indices of all elements, counted from 1; () for a scalar."""
     return [tuple(i + 1 for i in index) for index in np.ndindex(*variable.shape)]
 
 
-def _element(variable: Variable, at: Index) -> str:
-    return variable.elements[_indices(variable).index(at)] if at else variable.name
+def _element_name(variable: Variable, index: ElementIndex) -> str:
+    return variable.elements[_indices(variable).index(index)] if index else variable.name
 
 
 def _short(value: Any) -> str:
-    """A value as a person reads it; of long arrays the beginning."""
+    """A value for a remark; of a long array its first elements."""
     items = np.ravel(np.array(value, dtype=object)).tolist() if isinstance(value, list) else [value]
-    told = ", ".join(str(item) for item in items[:_FEW]) + (", ..." if len(items) > _FEW else "")
-    return f"[{told}]" if isinstance(value, list) else told
+    text = ", ".join(str(item) for item in items[:_SHOWN_ELEMENTS]) + (", ..." if len(items) > _SHOWN_ELEMENTS else "")
+    return f"[{text}]" if isinstance(value, list) else text
 
 
-def _objects(value: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    made = np.empty(shape, dtype=object)
-    made[...] = np.array(value, dtype=object).reshape(shape)
-    return made
+def _as_objects(value: Any, shape: tuple[int, ...]) -> NDArray[Any]:
+    array = np.empty(shape, dtype=object)
+    array[...] = np.array(value, dtype=object).reshape(shape)
+    return array
 
 
-def _picked(value: Value, at: Index, declared: Declared) -> Value:
-    """One element of the value of an array connector."""
-    if not at:
+def _picked(value: ParameterValue, index: ElementIndex, declared: DeclaredType) -> ParameterValue:
+    """The value of one element of an array connector; without a text where there is no such element."""
+    if not index:
         return value
     texts = value.texts[0].split() if len(value.texts) == 1 else list(value.texts)
     shape = value.declared.shape or declared.shape or (len(texts),)
-    known = is_inside(at, shape) and math.prod(shape) == len(texts)
-    one = [texts[int(np.ravel_multi_index([i - 1 for i in at], shape))]] if known else []
+    known = is_inside(index, shape) and math.prod(shape) == len(texts)
+    one = [texts[int(np.ravel_multi_index([i - 1 for i in index], shape))]] if known else []
     return replace(value, texts=tuple(one), declared=replace(value.declared, shape=()))
 
 
-def _close(a: Linear, b: Linear) -> bool:
-    """Whether two changes of unit are the same, but for the rounding of factors that were multiplied."""
+def _is_close(a: Linear, b: Linear) -> bool:
+    """Whether two unit conversions are the same, but for the rounding of factors that were multiplied."""
     return math.isclose(a.factor, b.factor, rel_tol=1e-12) and math.isclose(a.offset, b.offset, rel_tol=1e-12)

@@ -1,172 +1,196 @@
-"""Connections through systems in systems, followed back to what drives each input and each parameter of a unit."""
+"""Connections through systems in systems, followed back to what each input and each parameter of a unit comes from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from components.interfaces.problem import did_you_mean
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connections import Connector, Index, Port, Wire
-from orchestrator.ssp.ssp_units import Part, Place
-from orchestrator.ssp.structure import Group
-from orchestrator.ssp.types import Step
+from orchestrator.ssp.connections import Connector, ConnectorPath, ElementIndex, SspConnection
+from orchestrator.ssp.ssp_units import SspUnit, UnitVariable
+from orchestrator.ssp.system_elements import SspSystem
+from orchestrator.ssp.transformations import ConversionStep
 
 
 @dataclass(frozen=True)
-class Passed:
-    """A connector on the way: what happens from there on, to all of it or to one element."""
+class PassedConnector:
+    """A connector on the way to a variable.
 
-    port: Port
-    at: Index
-    steps: tuple[Step, ...]
+    Attributes:
+        path: The connector.
+        index: The element of it that leads on; None for all of it.
+        steps: The conversions from this connector to the variable.
+    """
+
+    path: ConnectorPath
+    index: ElementIndex
+    steps: tuple[ConversionStep, ...]
 
 
 @dataclass(frozen=True)
-class Driver:
-    """What a variable, or one element of it, is connected to."""
+class ResolvedConnection:
+    """A connection into a variable of a unit, followed back to where it begins.
 
-    at: Index
-    """The element that is driven; None for the whole variable"""
-    part: Part | None
-    """The unit that drives it; None where the way ends at a connector of a system"""
-    place: Place | None
-    passed: tuple[Passed, ...]
-    """Connectors on the way, the nearest first; the last is that of the unit"""
+    Attributes:
+        index: The element that the connection leads to; None for the whole variable.
+        unit: The unit that it comes from; None where it begins at a connector of a system.
+        output: The output, or the output clock, of that unit.
+        passed: The connectors on the way, the nearest first; the last is where the connection begins.
+    """
+
+    index: ElementIndex
+    unit: SspUnit | None
+    output: UnitVariable | None
+    passed: tuple[PassedConnector, ...]
 
     @property
-    def steps(self) -> tuple[Step, ...]:
-        """What happens on the whole way."""
+    def steps(self) -> tuple[ConversionStep, ...]:
+        """The conversions on the whole way."""
         return self.passed[-1].steps
 
 
-class Wiring:
-    """All connections of an SSP."""
+class ConnectionGraph:
+    """All connections of an SSP.
 
-    def __init__(self, root: Group, parts: Mapping[tuple[str, ...], Part], findings: Findings) -> None:
-        self._parts, self._findings = parts, findings
+    Args:
+        root: The outermost system.
+        units: The units, by the path of their component.
+        findings: Where problems are gathered.
+    """
+
+    def __init__(self, root: SspSystem, units: Mapping[tuple[str, ...], SspUnit], findings: Findings) -> None:
+        self._units, self._findings = units, findings
         self._elements = {element.path: element for element in root.walk()}
-        self._arriving: dict[Port, list[Wire]] = {}
-        for group in (e for e in root.walk() if isinstance(e, Group)):
-            for wire in group.wires:
-                self._arriving.setdefault(self._normal(wire.target), []).append(wire)
+        self._by_target: dict[ConnectorPath, list[SspConnection]] = {}
+        for system in (e for e in root.walk() if isinstance(e, SspSystem)):
+            for connection in system.connections:
+                self._by_target.setdefault(self._whole(connection.target), []).append(connection)
 
-    def connector(self, port: Port) -> Connector | None:
-        """A connector of a system."""
-        element = self._elements.get(port[0])
-        return None if element is None else element.connectors.get(port[1])
+    def connector(self, path: ConnectorPath) -> Connector | None:
+        """A connector that the file lists for an element."""
+        element = self._elements.get(path[0])
+        return None if element is None else element.connectors.get(path[1])
 
-    def _place(self, port: Port) -> Place | None:
-        part = self._parts.get(port[0])
-        return part.places.get(port[1]) if part else None
+    def connections_to(self, unit: SspUnit, target: UnitVariable) -> list[ResolvedConnection]:
+        """The connections into a variable: none, one into the whole variable, or those into its elements."""
+        arriving = self._by_target.get((unit.component.path, target.variable.name), [])
+        indices = [self._index(c, c.target, c.target_index) for c in arriving]
+        for i, index in enumerate(indices):
+            first = next((j for j, other in enumerate(indices[:i]) if index in (other, None) or other is None), None)
+            if first is not None:
+                found = f"a second source of `{unit.name}.{arriving[i].target[1]}`"
+                valid = f"one source, as in {arriving[first].step.where}"
+                self._findings.add_problem(arriving[i].step.where, found, valid)
+                return []
+        resolved: list[ResolvedConnection] = []
+        for connection, index in zip(arriving, indices, strict=True):
+            # the variable of the unit itself, not its connector, decides what arrives
+            steps = (replace(connection.step, to=unit.declared(target.variable)),)
+            if index is None and self._splits(connection):
+                for zero_based in np.ndindex(*target.variable.shape):
+                    element = tuple(i + 1 for i in zero_based)
+                    resolved += self._follow(connection, element, element, steps)
+            else:
+                resolved += self._follow(connection, index, None if index is None else (), steps)
+        return resolved
 
-    def _normal(self, port: Port) -> Port:
-        """The variable's port, where a connector is one element of it."""
-        place = self._place(port)
-        return port if place is None else (port[0], place.variable.name)
+    def _variable(self, path: ConnectorPath) -> UnitVariable | None:
+        unit = self._units.get(path[0])
+        return unit.variables.get(path[1]) if unit else None
 
-    def _at(self, wire: Wire, port: Port, at: Index) -> Index:
-        """The element that one end of a wire means."""
-        place, connector = self._place(port), self.connector(port)
-        own = None if place is None else place.at
-        if at is None:
+    def _whole(self, path: ConnectorPath) -> ConnectorPath:
+        """The path of the whole variable, where a connector is one element of it."""
+        target = self._variable(path)
+        return path if target is None else (path[0], target.variable.name)
+
+    def _index(self, connection: SspConnection, path: ConnectorPath, index: ElementIndex) -> ElementIndex:
+        """The element that one end of a connection means."""
+        target, connector = self._variable(path), self.connector(path)
+        own = None if target is None else target.index
+        if index is None:
             return own
-        said = connector.declared.shape if connector is not None else None
-        shape = said or () if place is None else place.shape
-        if place is None and not shape:  # a system may leave the lengths open
-            return at
-        if own or not is_inside(at, shape):
-            told = f"the element {' '.join(map(str, at))} of `{port[1]}`"
+        declared = connector.declared.shape if connector is not None else None
+        shape = declared or () if target is None else target.shape
+        if target is None and not shape:  # a system may leave the lengths open
+            return index
+        if own or not is_inside(index, shape):
+            found = f"the element {' '.join(map(str, index))} of `{path[1]}`"
             lengths = " x ".join(map(str, shape))
             valid = f"an element of {lengths}" if shape else "no element: it is a scalar"
-            self._findings.wrong(wire.step.where, told, valid)
+            self._findings.add_problem(connection.step.where, found, valid)
             return own
-        return at
+        return index
 
-    def drivers(self, part: Part, place: Place) -> list[Driver]:
-        """What drives a variable: nothing, one driver of all of it, or those of its elements."""
-        port = (part.component.path, place.variable.name)
-        wires = self._arriving.get(port, [])
-        ends = [self._at(wire, wire.target, wire.target_at) for wire in wires]
-        for i, at in enumerate(ends):
-            taken = next((j for j, before in enumerate(ends[:i]) if at in (before, None) or before is None), None)
-            if taken is not None:
-                told = f"a second source of `{part.name}.{wires[i].target[1]}`"
-                self._findings.wrong(wires[i].step.where, told, f"one source, as in {wires[taken].step.where}")
-                return []
-        found: list[Driver] = []
-        for wire, at in zip(wires, ends, strict=True):
-            steps = (self._last(wire, part, place),)
-            if at is None and self._splits(wire):
-                for index in np.ndindex(*place.variable.shape):
-                    one = tuple(i + 1 for i in index)
-                    found += self._follow(wire, one, one, steps)
-            else:
-                found += self._follow(wire, at, None if at is None else (), steps)
-        return found
-
-    @staticmethod
-    def _last(wire: Wire, part: Part, place: Place) -> Step:
-        """The step into a unit, whose own variable says what is expected."""
-        step = wire.step
-        return Step(step.where, step.change, step.as_it_is, part.declared(place.variable))
-
-    def _splits(self, wire: Wire, seen: frozenset[Port] = frozenset()) -> bool:
-        """Whether the way of a whole array is that of its elements somewhere."""
-        if wire.source_at is not None or self._place(wire.source) or wire.source in seen:
+    def _splits(self, connection: SspConnection, seen: frozenset[ConnectorPath] = frozenset()) -> bool:
+        """Whether the elements of a whole array come from connections of their own somewhere on the way."""
+        source = connection.source
+        if connection.source_index is not None or self._variable(source) or source in seen:
             return False
-        before = self._arriving.get(wire.source, [])
-        return any(w.target_at is not None or self._splits(w, seen | {wire.source}) for w in before)
+        before = self._by_target.get(source, [])
+        return any(c.target_index is not None or self._splits(c, seen | {source}) for c in before)
 
-    def _follow(self, wire: Wire, at: Index, wanted: Index, steps: tuple[Step, ...]) -> Iterator[Driver]:
-        """Go back along a wire to the unit that it comes from; `wanted` is the element, () where that is a scalar."""
-        passed: list[Passed] = []
-        seen: set[tuple[Port, Index]] = set()
+    def _follow(
+        self, connection: SspConnection, index: ElementIndex, wanted: ElementIndex, steps: tuple[ConversionStep, ...]
+    ) -> Iterator[ResolvedConnection]:
+        """Go back along a connection to the unit that it comes from.
+
+        Args:
+            connection: The last connection, into the variable of the unit.
+            index: The element of the variable that it leads to; None for the whole variable.
+            wanted: The element of the source that is wanted; () where that is a scalar, None for all of it.
+            steps: The conversion of that connection.
+        """
+        passed: list[PassedConnector] = []
+        seen: set[tuple[ConnectorPath, ElementIndex]] = set()
         while True:
-            source = wire.source
-            here = self._at(wire, source, wire.source_at) or (wanted or None)
-            passed.append(Passed(source, here, steps))
-            if source[0] not in self._elements or isinstance(self._elements[source[0]], Group):
-                before = self._arriving.get(source, [])
-                found = [w for w in before if w.target_at in (None, here)]
-                if len(found) > 1:
-                    told = f"a second source of the connector `{source[1]}`"
-                    self._findings.wrong(found[1].step.where, told, f"one source, as in {found[0].step.where}")
-                if not found or (source, here) in seen:
-                    if found:
-                        self._findings.wrong(wire.step.where, "connections in a circle", "a way from a unit to a unit")
-                    yield Driver(at, None, None, tuple(passed))
-                    return
-                seen.add((source, here))
-                wire = found[0]
-                wanted = here if wire.target_at is None else ()
-                steps = (wire.step, *steps)
-                continue
-            yield from self._end(wire, at, here, passed)
-            return
+            source = connection.source
+            here = self._index(connection, source, connection.source_index) or (wanted or None)
+            passed.append(PassedConnector(source, here, steps))
+            if source[0] in self._elements and not isinstance(self._elements[source[0]], SspSystem):
+                yield from self._beginning(connection, index, here, passed)
+                return
+            before = [c for c in self._by_target.get(source, []) if c.target_index in (None, here)]
+            if len(before) > 1:
+                found = f"a second source of the connector `{source[1]}`"
+                valid = f"one source, as in {before[0].step.where}"
+                self._findings.add_problem(before[1].step.where, found, valid)
+            circular = (source, here) in seen
+            if before and circular:
+                where = connection.step.where
+                self._findings.add_problem(where, "connections in a circle", "a way from a unit to a unit")
+            if not before or circular:
+                yield ResolvedConnection(index, None, None, tuple(passed))
+                return
+            seen.add((source, here))
+            connection = before[0]
+            wanted = here if connection.target_index is None else ()
+            steps = (connection.step, *steps)
 
-    def _end(self, wire: Wire, at: Index, here: Index, passed: Sequence[Passed]) -> Iterator[Driver]:
-        """The unit that a way begins at."""
-        path, name = wire.source
-        part = self._parts.get(path)
-        if part is None:
-            return  # its component cannot be used: told already
-        place = part.places.get(name)
-        if place is not None and here and not is_inside(here, place.variable.shape):
-            told = f"one element for `{part.name}.{name}` of shape {place.variable.shape}"
-            self._findings.wrong(wire.step.where, told, "arrays of one shape, or scalars")
-        elif place is not None and place.role in ("outputs", "clocks"):
-            yield Driver(at, part, Place(place.role, place.variable, here), tuple(passed))
-        elif part.has(name):
-            told = f"`{part.name}.{name}`, which is not an output"
-            self._findings.wrong(wire.step.where, told, "an output: a master reads nothing else while it runs")
+    def _beginning(
+        self, connection: SspConnection, index: ElementIndex, here: ElementIndex, passed: Sequence[PassedConnector]
+    ) -> Iterator[ResolvedConnection]:
+        """The resolved connection from the output that it begins at; nothing where the findings refuse that."""
+        path, name = connection.source
+        unit = self._units.get(path)
+        if unit is None:
+            return  # its component cannot be used, as the findings say
+        output, where = unit.variables.get(name), connection.step.where
+        if output is not None and here and not is_inside(here, output.variable.shape):
+            found = f"one element for `{unit.name}.{name}` of shape {output.variable.shape}"
+            self._findings.add_problem(where, found, "arrays of one shape, or scalars")
+        elif output is not None and output.role in ("outputs", "clocks"):
+            yield ResolvedConnection(index, unit, UnitVariable(output.role, output.variable, here), tuple(passed))
+        elif unit.has(name):
+            found = f"`{unit.name}.{name}`, which is not an output"
+            self._findings.add_problem(where, found, "an output: a master reads nothing else while it runs")
         else:
-            close = did_you_mean(name, part.places)
-            self._findings.wrong(wire.step.where, f"no variable `{name}` of `{part.name}`", "one that it has", close)
+            close = did_you_mean(name, unit.variables)
+            self._findings.add_problem(where, f"no variable `{name}` of `{unit.name}`", "one that it has", close)
 
 
-def is_inside(at: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+def is_inside(index: tuple[int, ...], shape: tuple[int, ...]) -> bool:
     """Whether an array of this shape has an element, counted from 1."""
-    return len(at) == len(shape) and all(1 <= i <= n for i, n in zip(at, shape, strict=True))
+    return len(index) == len(shape) and all(1 <= i <= n for i, n in zip(index, shape, strict=True))

@@ -1,4 +1,4 @@
-"""Connections of an SSP: which way they lead, and what happens to a value on them."""
+"""The connections that an SSP lists: their direction, and what happens to a value on them."""
 
 from __future__ import annotations
 
@@ -8,145 +8,169 @@ from typing import Final, Protocol, TypeAlias
 
 from components.interfaces.problem import choices, did_you_mean
 from orchestrator.ssp.archive import Document
-from orchestrator.ssp.rules import Node
-from orchestrator.ssp.types import Declared, Step, change, is_true
+from orchestrator.ssp.transformations import ConversionStep, read_transformation
+from orchestrator.ssp.types import DeclaredType
+from orchestrator.ssp.vocabulary import Attribute, ConnectorKind
+from orchestrator.ssp.xml import Node, is_true
 
-Port: TypeAlias = tuple[tuple[str, ...], str]
-"""A connector in the whole: the path of its element, and its name"""
-Index: TypeAlias = tuple[int, ...] | None
-"""One element of an array, counted from 1; None for all of it"""
+ConnectorPath: TypeAlias = tuple[tuple[str, ...], str]
+"""A connector in the whole structure: the path of its element, and its name"""
+ElementIndex: TypeAlias = tuple[int, ...] | None
+"""One element of an array, counted from 1; None stands for the whole array"""
 
-_IN: Final = frozenset({"input", "parameter", "structuralParameter"})
-_OUT: Final = frozenset({"output", "calculatedParameter", "constant", "local"})
-_ANY: Final = frozenset({"inout", ""})
-_PARAMETERS: Final = frozenset({"parameter", "structuralParameter"})
-_GIVE_PARAMETERS: Final = _PARAMETERS | {"calculatedParameter", "constant"} | _ANY
+_UNKNOWN: Final = ""
+_ANY: Final = frozenset({ConnectorKind.INOUT, _UNKNOWN})
+_PARAMETERS: Final = frozenset({ConnectorKind.PARAMETER, ConnectorKind.STRUCTURAL_PARAMETER})
+_IN: Final = frozenset({ConnectorKind.INPUT}) | _PARAMETERS | _ANY
+_FIXED: Final = frozenset({ConnectorKind.CALCULATED_PARAMETER, ConnectorKind.CONSTANT})
+_OUT: Final = frozenset({ConnectorKind.OUTPUT, ConnectorKind.LOCAL}) | _FIXED | _ANY
+_GIVE_PARAMETERS: Final = _PARAMETERS | _FIXED | _ANY
 
 
 @dataclass(frozen=True)
 class Connector:
-    """One connector of an element; its kind is empty where the file does not list it."""
+    """One connector of an element; its kind is empty where the file does not list the connector."""
 
     name: str
     kind: str
-    declared: Declared
+    declared: DeclaredType
     where: str
 
 
-class HasConnectors(Protocol):
-    """An element, as connections see it."""
+class ConnectorOwner(Protocol):
+    """An element or a system, as its connections need it."""
 
     @property
     def connectors(self) -> Mapping[str, Connector]:
-        """By name."""
+        """The connectors that the file lists, by name."""
         ...
 
-    def port(self, connector: str) -> Port:
-        """Where a connector stands in the whole."""
+    @property
+    def may_have_others(self) -> bool:
+        """Whether the file may leave out connectors that a lenient reader takes to be there."""
+        ...
+
+    def connector_path(self, connector: str) -> ConnectorPath:
+        """The path of a connector in the whole structure."""
         ...
 
 
 @dataclass(frozen=True)
-class Wire:
-    """One connection, in the direction of the values."""
+class SspConnection:
+    """One connection, in the direction of the values, with the connected elements of arrays."""
 
-    source: Port
-    source_at: Index
-    target: Port
-    target_at: Index
-    step: Step
+    source: ConnectorPath
+    source_index: ElementIndex
+    target: ConnectorPath
+    target_index: ElementIndex
+    step: ConversionStep
 
 
 @dataclass(frozen=True)
 class _End:
-    port: Port
-    at: Index
+    path: ConnectorPath
+    index: ElementIndex
     connector: Connector
     inside: bool
-    """Whether it is a connector of an element in the system, not of the system itself"""
+    """Whether the connector belongs to an element in the system, not to the system itself"""
 
     @property
     def gives(self) -> bool:
-        return self.connector.kind in (_OUT if self.inside else _IN) | _ANY
+        return self.connector.kind in (_OUT if self.inside else _IN)
 
     @property
     def takes(self) -> bool:
-        return self.connector.kind in (_IN if self.inside else _OUT) | _ANY
+        return self.connector.kind in (_IN if self.inside else _OUT)
+
+    @property
+    def described(self) -> str:
+        kind = self.connector.kind or "connector"
+        article = "an" if kind[0] in "aeiou" else "a"
+        return f"{article} {kind}" if self.inside else f"{article} {kind} of the system"
 
 
-def wire(document: Document, node: Node, system: HasConnectors, elements: Mapping[str, HasConnectors]) -> Wire | None:
-    """A connection of a system; None where it cannot be made: the findings say why.
+def read_connection(
+    document: Document, node: Node, system: ConnectorOwner, elements: Mapping[str, ConnectorOwner]
+) -> SspConnection | None:
+    """A connection of a system, which leads from output to input whichever of them is its start.
 
-    `start` and `end` do not say which way the values go: the kinds of the connectors do, as the standard has it (the
-    text of `Connection` in its schema).
+    The attributes `start` and `end` do not give the direction: the kinds of the connectors do, as the text of
+    `Connection` in the schema says.
+
+    Args:
+        document: The file.
+        node: The element `Connection`.
+        system: The system that the connection stands in.
+        elements: The elements of that system, by name.
+
+    Returns:
+        The connection; None where the findings say why it cannot be made.
     """
-    where = document.at(node, _told(node))
-    read = _Ends(document, node, where, system, elements)
-    start, end = read.end("start"), read.end("end")
+    where = document.at(node, _described(node))
+    ends = _Ends(document, node, where, system, elements)
+    start = ends.read(Attribute.START_ELEMENT, Attribute.START_CONNECTOR, Attribute.START_INDICES)
+    end = ends.read(Attribute.END_ELEMENT, Attribute.END_CONNECTOR, Attribute.END_INDICES)
     if start is None or end is None:
         return None
     if not (start.gives and end.takes):
         start, end = end, start
-    kinds = start.connector.kind, end.connector.kind
     into_parameter = end.connector.kind in _PARAMETERS and end.inside
-    if not (start.gives and end.takes) or (into_parameter and kinds[0] not in _GIVE_PARAMETERS):
+    if not (start.gives and end.takes) or (into_parameter and start.connector.kind not in _GIVE_PARAMETERS):
         valid = (
             "an output to an input, a parameter to a parameter, and through connectors of the system of the same kind"
         )
-        document.findings.wrong(where, f"a connection of {_kind(start)} and {_kind(end)}", valid)
+        found = f"a connection of {start.described} and {end.described}"
+        document.findings.add_problem(where, found, valid)
         return None
-    as_it_is = is_true(node.get("suppressUnitConversion"))
-    step = Step(where, change(document, node), as_it_is, end.connector.declared)
-    return Wire(start.port, start.at, end.port, end.at, step)
+    unconverted = is_true(node.get(Attribute.SUPPRESS_UNIT_CONVERSION))
+    step = ConversionStep(where, read_transformation(document, node), unconverted, end.connector.declared)
+    return SspConnection(start.path, start.index, end.path, end.index, step)
 
 
-def _kind(end: _End) -> str:
-    kind = end.connector.kind or "connector"
-    article = "an" if kind[0] in "aeiou" else "a"
-    return f"{article} {kind}" if end.inside else f"{article} {kind} of the system"
-
-
-def _told(node: Node) -> str:
-    sides = [".".join(filter(None, (node.get(f"{s}Element"), node.get(f"{s}Connector")))) for s in ("start", "end")]
-    return " -> ".join(sides)
+def _described(node: Node) -> str:
+    start = (node.get(Attribute.START_ELEMENT), node.get(Attribute.START_CONNECTOR))
+    end = (node.get(Attribute.END_ELEMENT), node.get(Attribute.END_CONNECTOR))
+    return " -> ".join(".".join(filter(None, names)) for names in (start, end))
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """One connection whose ends are looked up."""
+    """The ends of one connection, which are looked up in its system."""
 
     document: Document
     node: Node
     where: str
-    system: HasConnectors
-    elements: Mapping[str, HasConnectors]
+    system: ConnectorOwner
+    elements: Mapping[str, ConnectorOwner]
 
-    def end(self, side: str) -> _End | None:
-        """The `start` or the `end`; None where there is none: the findings say why."""
+    def read(self, element: Attribute, connector: Attribute, indices: Attribute) -> _End | None:
+        """The end that three attributes describe; None where the findings say that there is none."""
         findings, where = self.document.findings, self.where
-        name, connector = self.node.get(f"{side}Element"), self.node.get(f"{side}Connector", "")
-        if name and name not in self.elements:
-            findings.wrong(where, f"no element `{name}`", choices(self.elements), did_you_mean(name, self.elements))
+        owner_name, name = self.node.get(element), self.node.get(connector, "")
+        if owner_name and owner_name not in self.elements:
+            close = did_you_mean(owner_name, self.elements)
+            findings.add_problem(where, f"no element `{owner_name}`", choices(self.elements), close)
             return None
-        element = self.elements[name] if name else self.system
-        at = _index(self.document, self.node, f"{side}Indices", where)
-        known = element.connectors
-        if connector in known:
-            return _End(element.port(connector), at, known[connector], bool(name))
-        told = f"no connector `{connector}` of {f'`{name}`' if name else 'the system'}"
-        if not (name and hasattr(element, "file") and findings.lenient):
-            findings.wrong(where, told, choices(known), did_you_mean(connector, known))
+        owner = self.elements[owner_name] if owner_name else self.system
+        index = self._index(indices)
+        known = owner.connectors
+        if name in known:
+            return _End(owner.connector_path(name), index, known[name], bool(owner_name))
+        found = f"no connector `{name}` of {f'`{owner_name}`' if owner_name else 'the system'}"
+        if not (owner_name and owner.may_have_others and findings.lenient):
+            findings.add_problem(where, found, choices(known), did_you_mean(name, known))
             return None
-        findings.breach(where, told, choices(known))
-        return _End(element.port(connector), at, Connector(connector, "", Declared(), where), inside=True)
+        findings.add_breach(where, found, choices(known))
+        unlisted = Connector(name, _UNKNOWN, DeclaredType(), where)
+        return _End(owner.connector_path(name), index, unlisted, inside=True)
 
-
-def _index(document: Document, node: Node, name: str, where: str) -> Index:
-    text = node.get(name)
-    if text is None:
+    def _index(self, name: Attribute) -> ElementIndex:
+        text = self.node.get(name)
+        if text is None:
+            return None
+        parts = text.split()
+        if parts and all(part.isdecimal() and int(part) > 0 for part in parts):
+            return tuple(int(part) for part in parts)
+        valid = "one whole number for each dimension, counted from 1"
+        self.document.findings.add_problem(self.where, f"`{text}` in `{name}`", valid)
         return None
-    parts = text.split()
-    if parts and all(part.isdigit() and int(part) > 0 for part in parts):
-        return tuple(int(part) for part in parts)
-    document.findings.wrong(where, f"`{text}` in `{name}`", "one whole number for each dimension, counted from 1")
-    return None

@@ -1,4 +1,4 @@
-"""Reading a system from an SSP file of any maker, SSP 1.0 or 2.0, and those that `writer` wrote.
+"""Reading a system from an SSP file of any maker, SSP 1.0 or 2.0, also from those that `writer` wrote.
 
 Systems in systems become one: `inner` in the system `outer` is the unit `outer_inner`, and connections through
 connectors of systems lead from unit to unit. Parameter values of bindings further out replace those further in, later
@@ -10,85 +10,96 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
-from components.interfaces.quantity import Type
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.resolution import Setting, resolve
-from orchestrator.ssp.annotation import NOTHING, Notes, read_notes
-from orchestrator.ssp.archive import VALID, Document, Findings, open_package, read_document
+from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
+from orchestrator.ssp.archive import VALID_SSP, Document, Findings, alternatives, open_package, read_document
 from orchestrator.ssp.assembly import Assembly
-from orchestrator.ssp.connection_graph import Wiring
-from orchestrator.ssp.parameter_values import Value, gather
-from orchestrator.ssp.rules import NS
-from orchestrator.ssp.ssp_units import Part, open_parts, opened, problem_at
-from orchestrator.ssp.structure import Group, read_structure
-from orchestrator.ssp.types import number
+from orchestrator.ssp.connection_graph import ConnectionGraph
+from orchestrator.ssp.default_experiment import read_experiment
+from orchestrator.ssp.parameter_values import ParameterValue, gather_values
+from orchestrator.ssp.ssp_units import SspUnit, open_units, opened
+from orchestrator.ssp.structure import read_structure
+from orchestrator.ssp.system_elements import SspSystem
+from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, SSD, Attribute, Tag
+from orchestrator.ssp.xml import qualified
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
-from orchestrator.system.experiment import STEP, Algorithm, Scenario, algorithm_named, macro_step
+from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named
 from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
-_MANY: Final = 12
-"""Inputs that a remark names"""
+_LISTED_INPUTS: Final = 12
+"""The inputs that a remark lists"""
 
 OPEN_LOOP: Final = (
     "units that feed each other leave open what their outputs depend on: values are exchanged one step late, as"
     " with --algorithm jacobi; --algorithm and --solve-loops change it"
 )
 
-Settings = Mapping[str, Sequence[Setting]]
+SettingsByUnit: TypeAlias = Mapping[str, Sequence[Setting]]
+"""What a person sets, by unit; `scene` stands for the scene"""
+_Sources: TypeAlias = dict[str, Mapping[str, Any]]
+"""Value, unit of measurement and source of parameters, by full path"""
 
 
 def read(  # noqa: PLR0913 - what a person can change
     path: Path,
-    settings: Settings | None = None,
+    settings: SettingsByUnit | None = None,
     step: float | None = None,
     stop_time: float | None = None,
     *,
     lenient: bool = False,
     isolate: Sequence[str] = (),
 ) -> Scenario:
-    """The system and experiment in an `.ssp` file, with a person's changes. Raises `RequestError`.
+    """Read the system and the experiment in an `.ssp` file, with a person's changes.
 
-    `isolate` are units in processes of their own, besides those that were when the file was written.
+    Args:
+        path: The file.
+        settings: Parameter values that replace those of the file.
+        step: A macro step [s] that replaces that of the file.
+        stop_time: A stop time [s] that replaces that of the file.
+        lenient: Whether breaches of the standard whose meaning is clear are only remarks.
+        isolate: Units for processes of their own, besides those that the file has; `UNIT` or `UNIT:SECONDS`.
+
+    Raises:
+        RequestError: The system cannot be run as it stands; all its problems.
     """
-    findings = Findings(lenient=lenient)
+    findings, settings = Findings(lenient=lenient), settings or {}
     document = _description(path, findings)
     root = None if document is None else read_structure(document)
     if document is None or root is None:
         raise RequestError(findings.problems)
-    notes = read_notes(document)
-    known = notes or NOTHING
-    parts = open_parts(root, findings, ours=notes is not None)
-    experiment = _experiment(document, notes, step, stop_time)
-    units, assembly, sources = _units(root, parts, findings, settings or {})
+    annotation = read_annotation(document)
+    known = annotation or NO_ANNOTATION
+    ssp_units = open_units(root, findings, ours=annotation is not None)
+    experiment = read_experiment(document, annotation, step, stop_time)
+    units, assembly, sources = _units(root, ssp_units, findings, settings)
     requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items()]
     units = findings.attempt(lambda: isolated(units, [*requests, *isolate])) or units
-    scene, scene_sources = _scene(known, (settings or {}).get("scene", ()), findings)
-    system = _system(units, assembly, notes, _steps(notes, parts, experiment))
+    scene, scene_sources = _scene(known, settings.get("scene", ()), findings)
+    system = _system(units, assembly, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    _tell_left(assembly, known)
-    late = notes is None and open_dependencies_close_a_loop(system)
+    _remark_on_undriven(assembly, known)
+    late = annotation is None and open_dependencies_close_a_loop(system)
     if late:
         findings.remarks.append(OPEN_LOOP)
-    top = document.root.find("ssd:System", NS)
-    name = document.root.get("name", "")
+    name, title = _name_and_title(document, path, ours=annotation is not None)
     return Scenario(
-        name=name if notes is not None and _is_file_name(name) else _plain_name(name or path.stem),
-        title=top.get("description") or (name if notes is None else ""),
+        name=name,
+        title=title,
         system=system,
         scene=scene,
         h=experiment.step,
@@ -102,196 +113,166 @@ def read(  # noqa: PLR0913 - what a person can change
 
 
 def _system(
-    units: Mapping[str, UnitSource], assembly: Assembly, notes: Notes | None, steps: Mapping[str, Fraction]
+    units: Mapping[str, UnitSource],
+    assembly: Assembly,
+    annotation: ScenarioAnnotation | None,
+    steps: Mapping[str, Fraction],
 ) -> System | None:
-    """The system; None where it is wrong: the findings say why, with the places in the SSP."""
+    """The system; None where the findings say, with the places in the SSP, what is wrong with it."""
     try:
         return System(
             units=units,
             wiring=assembly.wiring,
-            held=assembly.held | _noted_inputs(notes or NOTHING, units),
-            sockets=_sockets(notes, units),
+            held=assembly.held | (annotation or NO_ANNOTATION).held_values(units),
+            sockets=_sockets(annotation, units),
             transformations=assembly.transformations,
             unconverted=frozenset(assembly.unconverted),
             steps=steps,
         )
     except RequestError as error:
-        assembly.findings.problems += [problem_at(p, assembly.lines) for p in error.problems]
+        assembly.findings.problems += [assembly.placed(p) for p in error.problems]
         return None
 
 
-def _tell_left(assembly: Assembly, notes: Notes) -> None:
-    """One remark on the inputs that nothing drives or sets."""
-    left = [told for told in assembly.left if told.partition(" = ")[0] not in notes.held]
-    if left:
-        more = f" and {len(left) - _MANY} others" if len(left) > _MANY else ""
-        told = f"inputs that nothing drives keep their start values: {', '.join(left[:_MANY])}{more}"
-        assembly.findings.remarks.append(told)
+def _remark_on_undriven(assembly: Assembly, annotation: ScenarioAnnotation) -> None:
+    """Add one remark on the inputs that nothing drives or sets."""
+    undriven = [str(one) for one in assembly.undriven if one.path not in annotation.held]
+    if undriven:
+        more = f" and {len(undriven) - _LISTED_INPUTS} others" if len(undriven) > _LISTED_INPUTS else ""
+        listed = ", ".join(undriven[:_LISTED_INPUTS])
+        assembly.findings.remarks.append(f"inputs that nothing drives keep their start values: {listed}{more}")
 
 
 def _description(path: Path, findings: Findings) -> Document | None:
     """The main description of an SSP. Raises `RequestError`."""
     package = open_package(path, str(path), findings)
-    file = package.folder / "SystemStructure.ssd"
+    file = package.folder / DESCRIPTION_FILE
     if not file.is_file():
         is_fmu = (package.folder / "modelDescription.xml").is_file()
-        remedy = "It is an FMU: give it with --plant, --traffic or --controller." if is_fmu else ""
-        raise refuse(str(path), "an archive without SystemStructure.ssd", VALID, remedy)
+        options = alternatives(f"--{socket}" for socket in SOCKETS)
+        remedy = f"It is an FMU: give it with {options}." if is_fmu else ""
+        raise refuse(str(path), f"an archive without {DESCRIPTION_FILE}", VALID_SSP, remedy)
     return read_document(package, file)
 
 
-def _is_file_name(name: str) -> bool:
-    return name not in {"", ".."} and Path(name).name == name
+def _name_and_title(document: Document, path: Path, *, ours: bool) -> tuple[str, str]:
+    """The name of the scenario, which becomes that of a folder, and its title."""
+    name = document.root.get(Attribute.NAME, "")
+    is_file_name = name not in {"", ".."} and Path(name).name == name
+    title = document.root.find(qualified(SSD, Tag.SYSTEM)).get(Attribute.DESCRIPTION) or ("" if ours else name)
+    return name if ours and is_file_name else _plain_name(name or path.stem), title
 
 
 def _plain_name(name: str) -> str:
     return re.sub(r"[^\w-]+", "_", name).strip("_") or "system"
 
 
-@dataclass(frozen=True)
-class _Experiment:
-    step: float
-    until: float
-    remarks: tuple[str, ...]
-
-
-def _experiment(document: Document, notes: Notes | None, step: float | None, stop_time: float | None) -> _Experiment:
-    findings, remarks = document.findings, ()
-    node = document.root.find("ssd:DefaultExperiment", NS)
-    start = until = None
-    if node is not None:
-        start, until = (number(document, node, name) for name in ("startTime", "stopTime"))
-        if start:
-            findings.breach(document.at(node), f"a start time of {start:g} s", "0 s, when every run begins")
-    until = until if stop_time is None else stop_time
-    if until is None:
-        where = document.at(document.root if node is None else node)
-        findings.wrong(where, "no stop time", "a number of seconds", "Say how long with --stop-time.")
-    if step is None:
-        step = notes.step if notes else _hinted_step(document)
-    if step is None:
-        step, remarks = STEP, (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
-    return _Experiment(findings.attempt(lambda: macro_step(step)) or STEP, until or 0.0, remarks)
-
-
-def _hinted_step(document: Document) -> float | None:
-    """The macro step in an annotation of libcosim or OMSimulator."""
-    for name, attribute in (("FixedStepAlgorithm", "baseStepSize"), ("FixedStepMaster", "stepSize")):
-        for node in document.root.iterfind(f".//{{*}}{name}"):
-            if (found := number(document, node, attribute)) is not None and found > 0:
-                return found
-    return None
-
-
 def _units(
-    root: Group, parts: dict[tuple[str, ...], Part], findings: Findings, settings: Settings
-) -> tuple[dict[str, UnitSource], Assembly, dict[str, Mapping[str, Any]]]:
+    root: SspSystem, ssp_units: dict[tuple[str, ...], SspUnit], findings: Findings, settings: SettingsByUnit
+) -> tuple[dict[str, UnitSource], Assembly, _Sources]:
     """All units with their parameter values, how they are connected, and where the values come from."""
-    values = gather(root, lambda component, name: component.path in parts and parts[component.path].has(name))
-    assembly = Assembly(findings, values, Wiring(root, parts, findings))
-    for path, part in parts.items():
-        if part.structural:
-            given = {n: v for n, (v, _) in assembly.parameters(part, part.structural).items()}
+    values = gather_values(
+        root, lambda component, name: component.path in ssp_units and ssp_units[component.path].has(name)
+    )
+    assembly = Assembly(findings, values, ConnectionGraph(root, ssp_units, findings))
+    for path, unit in ssp_units.items():
+        if unit.structural:
+            given = {n: v for n, (v, _) in assembly.parameters(unit, unit.structural).items()}
             given |= {
-                s.name: s.value for s in settings.get(part.name, ()) if s.name in part.structural and s.index is None
+                s.name: s.value for s in settings.get(unit.name, ()) if s.name in unit.structural and s.index is None
             }
-            parts[path] = part.opened_with(given, findings)
+            ssp_units[path] = unit.opened_with(given, findings)
     units: dict[str, UnitSource] = {}
-    sources: dict[str, Mapping[str, Any]] = {}
-    for part in parts.values():
-        units[part.name], told = _with_values(part, assembly.parameters(part), settings.get(part.name, ()), assembly)
-        sources |= told
-        _refuse_others(part, assembly)
-    for part in parts.values():
-        assembly.connect(part)
+    sources: _Sources = {}
+    for unit in ssp_units.values():
+        given = assembly.parameters(unit)
+        units[unit.name], of_unit = _with_values(unit, given, settings.get(unit.name, ()), assembly)
+        sources |= of_unit
+        _refuse_other_values(unit, assembly)
+    for unit in ssp_units.values():
+        assembly.connect(unit)
     for name in settings.keys() - units.keys() - {"scene"}:
         if settings[name]:
-            close = did_you_mean(name, units)
-            findings.wrong(
-                f"--set {name}.{settings[name][0].name}", f"the unknown unit `{name}`", choices(units), close
-            )
+            where = f"--set {name}.{settings[name][0].name}"
+            findings.add_problem(where, f"the unknown unit `{name}`", choices(units), did_you_mean(name, units))
     return units, assembly, sources
 
 
 def _with_values(
-    part: Part, found: Mapping[str, tuple[Any, Value]], settings: Sequence[Setting], assembly: Assembly
-) -> tuple[UnitSource, dict[str, Mapping[str, Any]]]:
-    settable = (*part.source.interface.parameters, *part.source.interface.initials)
+    unit: SspUnit,
+    values_of_file: Mapping[str, tuple[Any, ParameterValue]],
+    settings: Sequence[Setting],
+    assembly: Assembly,
+) -> tuple[UnitSource, _Sources]:
+    """The source of a unit with the values of the file and a person's settings, and where they come from."""
+    settable = (*unit.source.interface.parameters, *unit.source.interface.initials)
     declared = {v.name: v.quantity.unit for v in settable}
-    given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in found.items()}
+    given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in values_of_file.items()}
     for setting in settings:
-        assembly.lines.pop(f"{part.name}.{setting.name}", None)  # what is wrong with it does not stand in the file
+        assembly.places.pop(f"{unit.name}.{setting.name}", None)  # what is wrong with it does not stand in the file
         # one element changes; the others stay as the unit has them
-        start = part.source.interface.starts.get(setting.name)
+        start = unit.source.interface.starts.get(setting.name)
         if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
             given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
-    resolved = resolve(part.name, settable, given=given, settings=settings)
-    assembly.findings.problems += [problem_at(p, assembly.lines) for p in resolved.problems]
-    source = part.source.with_parameters(resolved.values)
-    if part.structural and opened(source, part.component, assembly.findings) is None:
-        source = part.source
+    resolved = resolve(unit.name, settable, given=given, settings=settings)
+    assembly.findings.problems += [assembly.placed(p) for p in resolved.problems]
+    source = unit.source.with_parameters(resolved.values)
+    if unit.structural and opened(source, unit.component, assembly.findings) is None:
+        source = unit.source
     return source, resolved.sources
 
 
-def _refuse_others(part: Part, assembly: Assembly) -> None:
-    """Start values of variables that are neither parameters nor inputs."""
-    for name, value in assembly.values.variables.get(part.component.path, {}).items():
-        if part.settable(name) is None:
-            told = f"a value of `{part.name}.{name}`, which the unit says is not to be set"
-            assembly.findings.wrong(value.step.where, told, "values of parameters, inputs and start values")
+def _refuse_other_values(unit: SspUnit, assembly: Assembly) -> None:
+    """Refuse values of variables that cannot be set."""
+    for name, value in assembly.values.variables.get(unit.component.path, {}).items():
+        if unit.settable(name) is None:
+            found = f"a value of `{unit.name}.{name}`, which the unit says is not to be set"
+            valid = "values of parameters, inputs and start values"
+            assembly.findings.add_problem(value.step.where, found, valid)
 
 
-def _steps(notes: Notes | None, parts: Mapping[tuple[str, ...], Part], experiment: _Experiment) -> dict[str, Fraction]:
-    """Units with a step of their own: as our annotation says, or OSP's for a component."""
-    if notes is not None:
-        return notes.steps
-    hints = {part.name: part.component.step_size for part in parts.values() if part.component.step_size}
-    found = {n: Fraction(hint / experiment.step).limit_denominator(10_000) for n, hint in hints.items()}
-    return {n: ratio for n, ratio in found.items() if ratio != 1}
+def _steps(
+    annotation: ScenarioAnnotation | None, ssp_units: Mapping[tuple[str, ...], SspUnit], macro_step: float
+) -> dict[str, Fraction]:
+    """The steps of units as multiples of the macro step [s], by our annotation or by that of OSP for a component."""
+    if annotation is not None:
+        return annotation.steps
+    hints = {unit.name: unit.component.step_size for unit in ssp_units.values() if unit.component.step_size}
+    ratios = {n: Fraction(hint / macro_step).limit_denominator(10_000) for n, hint in hints.items()}
+    return {n: ratio for n, ratio in ratios.items() if ratio != 1}
 
 
-def _noted_inputs(notes: Notes, units: Mapping[str, UnitSource]) -> dict[str, Any]:
-    """Held inputs of our annotation, bytes being hexadecimal digits there."""
-    kinds = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
-    return {path: _bytes(value) if kinds.get(path) is Type.BINARY else value for path, value in notes.held.items()}
-
-
-def _bytes(value: Any) -> Any:
-    return bytes.fromhex(value) if isinstance(value, str) else [_bytes(item) for item in value]
-
-
-def _sockets(notes: Notes | None, units: Mapping[str, UnitSource]) -> dict[str, Socket]:
-    """The sockets that units fill: as our annotation says, or where a unit fits one that no other has taken."""
-    if notes is not None:
-        return {name: SOCKETS[socket] for name, socket in notes.sockets.items()}
-    found: dict[str, Socket] = {}
+def _sockets(annotation: ScenarioAnnotation | None, units: Mapping[str, UnitSource]) -> dict[str, Socket]:
+    """The sockets that units fill, by our annotation; without it, each unit fills the first free one that it fits."""
+    if annotation is not None:
+        return {name: SOCKETS[socket] for name, socket in annotation.sockets.items()}
+    filled: dict[str, Socket] = {}
     for name, source in units.items():
-        fitting = (
-            s for s in SOCKETS.values() if not s.problems(name, source.interface.inputs, source.interface.outputs)
-        )
-        for socket in fitting:
-            if socket not in found.values():
-                found[name] = socket
-                break
-    return found
+        interface = source.interface
+        fitting = (s for s in SOCKETS.values() if not s.problems(name, interface.inputs, interface.outputs))
+        if (free := next((s for s in fitting if s not in filled.values()), None)) is not None:
+            filled[name] = free
+    return filled
 
 
 def _scene(
-    notes: Notes, settings: Sequence[Setting], findings: Findings
-) -> tuple[Scene | None, dict[str, Mapping[str, Any]]]:
-    if not notes.scene:
+    annotation: ScenarioAnnotation, settings: Sequence[Setting], findings: Findings
+) -> tuple[Scene | None, _Sources]:
+    """The scene of our annotation with a person's settings, and where these come from."""
+    if not annotation.scene:
         for setting in settings:
-            findings.wrong(f"--set scene.{setting.name}", "a scene", "a parameter of a unit: the SSP has no scene")
+            valid = "a parameter of a unit: the SSP has no scene"
+            findings.add_problem(f"--set scene.{setting.name}", "a scene", valid)
         return None, {}
     declared = variables(Scene)
     units = {v.name: v.quantity.unit for v in declared}
-    given = {n: Given(value=value, unit=units.get(n, ""), source="") for n, value in notes.scene.items()}
+    given = {n: Given(value=value, unit=units.get(n, ""), source="") for n, value in annotation.scene.items()}
     resolved = resolve("scene", declared, given=given, settings=settings)
     problems = [*resolved.problems]
     problems += [Problem(resolved.path(n), "no value", "a number") for n in units if n not in resolved.values]
     if problems:
         findings.problems += problems
         return None, {}
-    set_here = {resolved.path(s.name) for s in settings}  # the notes tell where the others come from
+    set_here = {resolved.path(s.name) for s in settings}  # the annotation tells where the others come from
     sources = {path: source for path, source in resolved.sources.items() if path in set_here}
     return Scene(**resolved.values), sources

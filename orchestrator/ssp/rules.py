@@ -1,126 +1,143 @@
-"""The rules that documents of SSP are measured by: the schema for SSP 1.0; its element tables, as text, for SSP 2.0."""
+"""Checking documents against the rules of SSP: the XML schemas for SSP 1.0, a table of elements for SSP 2.0.
+
+No XML schema of SSP 2.0 is at hand, so its element tables stand here.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import Any, Final, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Final
 
 from components.interfaces.problem import choices
 from fmus.toolchain.fmpy_library import ssp_schema
+from orchestrator.ssp.vocabulary import (
+    SSB,
+    SSD,
+    SSM,
+    SSV,
+    STANDARD_NAMESPACES,
+    TYPES,
+    Attribute,
+    SspVersion,
+    Tag,
+)
+from orchestrator.ssp.xml import Node, local_name, qualified
 
-Node: TypeAlias = Any
-"""An element of lxml, whose own type is private"""
-
-SSD: Final = "http://ssp-standard.org/SSP1/SystemStructureDescription"
-SSC: Final = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-SSV: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
-SSM: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
-SSB: Final = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"
-NS: Final = {"ssd": SSD, "ssc": SSC, "ssv": SSV, "ssm": SSM, "ssb": SSB}
-
-FMU_TYPE: Final = "application/x-fmu-sharedlibrary"
-DEFINITION_TYPE: Final = "application/x-ssp-definition"
-PACKAGE_TYPE: Final = "application/x-ssp-package"
-BLOCK_TYPE: Final = "application/x-macrostep-block"
-MAPPING_TYPE: Final = "application/x-macrostep-mapping"
-"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
-
-DESCRIPTION: Final = "SystemStructureDescription"
-VALUES: Final = "ParameterSet"
-MAPPING: Final = "ParameterMapping"
-DICTIONARY: Final = "SignalDictionary"
+_SCHEMAS: Final = {
+    Tag.DESCRIPTION: "SystemStructureDescription.xsd",
+    Tag.PARAMETER_SET: "SystemStructureParameterValues.xsd",
+    Tag.PARAMETER_MAPPING: "SystemStructureParameterMapping.xsd",
+    Tag.SIGNAL_DICTIONARY: "SystemStructureSignalDictionary.xsd",
+}
 _ROOTS: Final = {
-    f"{{{SSD}}}{DESCRIPTION}": (DESCRIPTION, "SystemStructureDescription.xsd"),
-    f"{{{SSV}}}{VALUES}": (VALUES, "SystemStructureParameterValues.xsd"),
-    f"{{{SSM}}}{MAPPING}": (MAPPING, "SystemStructureParameterMapping.xsd"),
-    f"{{{SSB}}}{DICTIONARY}": (DICTIONARY, "SystemStructureSignalDictionary.xsd"),
+    qualified(space, tag): tag
+    for space, tag in (
+        (SSD, Tag.DESCRIPTION),
+        (SSV, Tag.PARAMETER_SET),
+        (SSM, Tag.PARAMETER_MAPPING),
+        (SSB, Tag.SIGNAL_DICTIONARY),
+    )
 }
 
-_TYPES: Final = (
-    "Real Integer Float64 Float32 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Enumeration Binary "
-    "Clock"
+_TYPE_DECLARATION: Final = (*TYPES, Tag.CLOCK, Tag.DIMENSION)
+"""The elements that declare a type and the lengths of an array"""
+_ELEMENT: Final = (Tag.CONNECTORS, Tag.ELEMENT_GEOMETRY, Tag.PARAMETER_BINDINGS)
+_TRANSFORMATIONS: Final = (
+    Tag.LINEAR_TRANSFORMATION,
+    Tag.BOOLEAN_MAPPING,
+    Tag.INTEGER_MAPPING,
+    Tag.ENUMERATION_MAPPING,
 )
-_ELEMENT: Final = "Connectors ElementGeometry ParameterBindings"
-_CHANGE: Final = (
-    "LinearTransformation BooleanMappingTransformation IntegerMappingTransformation EnumerationMappingTransformation"
-)
-_COMMON: Final = "Annotations MetaData Signature"
-_CHILDREN: Final = {
-    "SystemStructureDescription": "System Enumerations Units DefaultExperiment",
-    "System": f"{_ELEMENT} Elements Connections SignalDictionaries SystemGeometry GraphicalElements",
-    "Component": _ELEMENT,
-    "SignalDictionaryReference": _ELEMENT,
-    "Connectors": "Connector",
-    "Connector": f"{_TYPES} Dimension ConnectorGeometry",
-    "ParameterBindings": "ParameterBinding",
-    "ParameterBinding": "ParameterValues ParameterMapping",
-    "Elements": "Component SignalDictionaryReference System",
-    "Connections": "Connection",
-    "Connection": f"{_CHANGE} ConnectionGeometry",
-    "SignalDictionaries": "SignalDictionary",
-    "ParameterSet": "Parameters Enumerations Units",
-    "Parameters": "Parameter",
-    "Parameter": f"{_TYPES} Dimension",
-    "ParameterMapping": "MappingEntry ParameterMapping",
-    "MappingEntry": _CHANGE,
-    "SignalDictionary": "DictionaryEntry Enumerations Units SignalDictionary",
-    "DictionaryEntry": f"{_TYPES} Dimension",
-    "Enumerations": "Enumeration",
-    "Enumeration": "Item",
-    "Units": "Unit",
-    "Unit": "BaseUnit DisplayUnit",
+_COMMON: Final = (Tag.ANNOTATIONS, Tag.META_DATA, Tag.SIGNATURE)
+"""What may stand in any element; it is not checked further"""
+_CHILDREN: Final[Mapping[str, tuple[str, ...]]] = {
+    Tag.DESCRIPTION: (Tag.SYSTEM, Tag.ENUMERATIONS, Tag.UNITS, Tag.DEFAULT_EXPERIMENT),
+    Tag.SYSTEM: (
+        *_ELEMENT,
+        Tag.ELEMENTS,
+        Tag.CONNECTIONS,
+        Tag.SIGNAL_DICTIONARIES,
+        Tag.SYSTEM_GEOMETRY,
+        Tag.GRAPHICAL_ELEMENTS,
+    ),
+    Tag.COMPONENT: _ELEMENT,
+    Tag.SIGNAL_DICTIONARY_REFERENCE: _ELEMENT,
+    Tag.CONNECTORS: (Tag.CONNECTOR,),
+    Tag.CONNECTOR: (*_TYPE_DECLARATION, Tag.CONNECTOR_GEOMETRY),
+    Tag.PARAMETER_BINDINGS: (Tag.PARAMETER_BINDING,),
+    Tag.PARAMETER_BINDING: (Tag.PARAMETER_VALUES, Tag.PARAMETER_MAPPING),
+    Tag.ELEMENTS: (Tag.COMPONENT, Tag.SIGNAL_DICTIONARY_REFERENCE, Tag.SYSTEM),
+    Tag.CONNECTIONS: (Tag.CONNECTION,),
+    Tag.CONNECTION: (*_TRANSFORMATIONS, Tag.CONNECTION_GEOMETRY),
+    Tag.SIGNAL_DICTIONARIES: (Tag.SIGNAL_DICTIONARY,),
+    Tag.PARAMETER_SET: (Tag.PARAMETERS, Tag.ENUMERATIONS, Tag.UNITS),
+    Tag.PARAMETERS: (Tag.PARAMETER,),
+    Tag.PARAMETER: _TYPE_DECLARATION,
+    Tag.PARAMETER_MAPPING: (Tag.MAPPING_ENTRY, Tag.PARAMETER_MAPPING),
+    Tag.MAPPING_ENTRY: _TRANSFORMATIONS,
+    Tag.SIGNAL_DICTIONARY: (Tag.DICTIONARY_ENTRY, Tag.ENUMERATIONS, Tag.UNITS, Tag.SIGNAL_DICTIONARY),
+    Tag.DICTIONARY_ENTRY: _TYPE_DECLARATION,
+    Tag.ENUMERATIONS: (Tag.ENUMERATION,),
+    Tag.ENUMERATION: (Tag.ITEM,),
+    Tag.UNITS: (Tag.UNIT,),
+    Tag.UNIT: (Tag.BASE_UNIT, Tag.DISPLAY_UNIT),
 }
-_REQUIRED: Final = {
-    "SystemStructureDescription": "version name",
-    "Component": "name",
-    "SignalDictionaryReference": "name dictionary",
-    "Connector": "name kind",
-    "Connection": "startConnector endConnector",
-    "ParameterSet": "version name",
-    "Parameter": "name",
-    "MappingEntry": "source target",
-    "DictionaryEntry": "name",
-    "Enumeration": "name",
-    "Item": "name value",
-    "Unit": "name",
-    "MapEntry": "source target",
+_REQUIRED: Final[Mapping[str, tuple[Attribute, ...]]] = {
+    Tag.DESCRIPTION: (Attribute.VERSION, Attribute.NAME),
+    Tag.COMPONENT: (Attribute.NAME,),
+    Tag.SIGNAL_DICTIONARY_REFERENCE: (Attribute.NAME, Attribute.DICTIONARY),
+    Tag.CONNECTOR: (Attribute.NAME, Attribute.KIND),
+    Tag.CONNECTION: (Attribute.START_CONNECTOR, Attribute.END_CONNECTOR),
+    Tag.PARAMETER_SET: (Attribute.VERSION, Attribute.NAME),
+    Tag.PARAMETER: (Attribute.NAME,),
+    Tag.MAPPING_ENTRY: (Attribute.SOURCE, Attribute.TARGET),
+    Tag.DICTIONARY_ENTRY: (Attribute.NAME,),
+    Tag.ENUMERATION: (Attribute.NAME,),
+    Tag.ITEM: (Attribute.NAME, Attribute.VALUE),
+    Tag.UNIT: (Attribute.NAME,),
+    Tag.MAP_ENTRY: (Attribute.SOURCE, Attribute.TARGET),
 }
 
 
-def kind_of(root: Node) -> str | None:
-    """What a document is, by its root element; None for one that is not of SSP."""
-    return _ROOTS.get(root.tag, (None,))[0]
+def document_kind(root: Node) -> Tag | None:
+    """The kind of a document, which its root element names; None for a document that is not of SSP."""
+    return _ROOTS.get(root.tag)
 
 
-def local(node: Node) -> str:
-    """The name of an element without its namespace; empty for comments and processing instructions."""
-    return str(node.tag).rpartition("}")[2] if isinstance(node.tag, str) else ""
+def breaches(root: Node, kind: Tag, version: SspVersion) -> Iterator[tuple[int, str]]:
+    """The breaches of the rules of a version in a document, each as its line and what is found there.
 
-
-def breaches(root: Node, kind: str, version: str) -> Iterator[tuple[int, str]]:
-    """Lines of a document that break the rules of its version, and how."""
-    if version.startswith("2"):
+    Args:
+        root: The root element of the document, or of one that stands inside another.
+        kind: The name of that element.
+        version: The version that the document claims.
+    """
+    if version is SspVersion.SSP2:
         yield from _breaches(root)
         return
-    # a document inside another is measured as one of its own, with its lines in the other
-    judge = ssp_schema(next(name for known, name in _ROOTS.values() if known == kind))
-    if not judge.validate(root):
-        for entry in judge.error_log:
+    # a document inside another one is validated on its own; its lines are those of the other
+    validator = ssp_schema(_SCHEMAS[kind])
+    if not validator.validate(root):
+        for entry in validator.error_log:
             yield entry.line, re.sub(r"\{[^}]*\}", "", entry.message).rstrip(".")
 
 
 def _breaches(node: Node) -> Iterator[tuple[int, str]]:
-    name = local(node)
-    for attribute in _REQUIRED.get(name, "").split():
+    name = local_name(node)
+    for attribute in _REQUIRED.get(name, ()):
         if node.get(attribute) is None:
             yield node.sourceline, f"`{name}` without the attribute `{attribute}`"
-    known = f"{_CHILDREN[name]} {_COMMON}".split() if name in _CHILDREN else None
+    allowed = (*_CHILDREN[name], *_COMMON) if name in _CHILDREN else None
     for child in node:
-        label = local(child)
-        if not label or label in _COMMON.split():
+        label = local_name(child)
+        if not label or label in _COMMON:
             continue
-        if known is not None and (label not in known or str(child.tag)[1:].partition("}")[0] not in NS.values()):
-            yield child.sourceline, f"`{label}` inside `{name}`, which takes {choices(known)}"
+        if allowed is not None and (label not in allowed or _namespace(child) not in STANDARD_NAMESPACES):
+            yield child.sourceline, f"`{label}` inside `{name}`, which takes {choices(allowed)}"
         else:
             yield from _breaches(child)
+
+
+def _namespace(node: Node) -> str:
+    return str(node.tag)[1:].partition("}")[0]

@@ -1,10 +1,10 @@
-"""The components of an SSP as units: opened, named, and compared with the connectors that the SSP gives them."""
+"""The components of an SSP as units: opened, named, and compared with the connectors that the SSP lists for them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -12,122 +12,145 @@ from typing import Any, Final
 import numpy as np
 
 from components.interfaces.conversion import IDENTITY, unit_conversion
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+from components.interfaces.problem import RequestError, choices, did_you_mean, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
+from fmus.reading.archive import Archive
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import mapped
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.catalogue import block_named
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connections import Connector, Index
-from orchestrator.ssp.structure import Component, Group
-from orchestrator.ssp.types import Declared, items_of
-from orchestrator.ssp.writer import BLOCK_SOURCE, element_names
+from orchestrator.ssp.connections import Connector, ElementIndex
+from orchestrator.ssp.system_elements import Component, SspSystem
+from orchestrator.ssp.types import DeclaredType, items_of
+from orchestrator.ssp.vocabulary import BLOCK_SOURCE, MAPPING_SUFFIX, ConnectorKind
 from orchestrator.system.source import Fmu, InProcess, UnitSource
 
 _KINDS: Final = {
-    "inputs": ("input",),
-    "outputs": ("output", "local", "constant"),
-    "parameters": ("parameter", "structuralParameter"),
-    "clocks": ("input", "output"),
+    "inputs": (ConnectorKind.INPUT,),
+    "outputs": (ConnectorKind.OUTPUT, ConnectorKind.LOCAL, ConnectorKind.CONSTANT),
+    "parameters": (ConnectorKind.PARAMETER, ConnectorKind.STRUCTURAL_PARAMETER),
+    "clocks": (ConnectorKind.INPUT, ConnectorKind.OUTPUT),
 }
-_HIDDEN: Final = ("local", "calculatedParameter", "constant")
-_MOST: Final = 30
-"""Names that a list of choices still helps with."""
+"""The kinds that a connector may have, by the role of its variable; a message names the first"""
+_NOT_EXCHANGED: Final = (ConnectorKind.LOCAL, ConnectorKind.CALCULATED_PARAMETER, ConnectorKind.CONSTANT)
+_MOST_CHOICES: Final = 30
+"""The most names that a message lists as valid"""
 
 
 @dataclass(frozen=True)
-class Place:
-    """What a connector's name means in a unit: a variable, or one element of it."""
+class UnitVariable:
+    """What the name of a connector means in a unit: a variable, or one element of it.
+
+    Attributes:
+        role: `inputs`, `outputs`, `parameters`, `initials` or `clocks`.
+        variable: The variable.
+        index: The element; None for the whole variable.
+    """
 
     role: str
-    """`inputs`, `outputs`, `parameters` or `clocks`"""
     variable: Variable
-    at: Index = None
+    index: ElementIndex = None
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the array; empty for a scalar or an element."""
-        return () if self.at else self.variable.shape
+        """The lengths of the array; empty for a scalar and for an element."""
+        return () if self.index else self.variable.shape
 
 
 @dataclass(frozen=True)
-class Part:
-    """One component as a unit of the system."""
+class SspUnit:
+    """One component as a unit of the system.
+
+    Attributes:
+        name: The name of the unit.
+        component: The component in the SSP.
+        source: What the unit is made from.
+        variables: Inputs, outputs, parameters and clocks by name, also by the names of elements and by aliases.
+        initials: Outputs and local variables whose start value may be set.
+    """
 
     name: str
     component: Component
     source: UnitSource
-    places: Mapping[str, Place]
-    initials: Mapping[str, Place]
-    """Outputs and local variables whose start value may be set"""
+    variables: Mapping[str, UnitVariable]
+    initials: Mapping[str, UnitVariable]
 
-    def declared(self, variable: Variable) -> Declared:
-        """Unit and items of a variable; where the unit itself declares no unit of measurement, its connector may."""
+    @staticmethod
+    def of(name: str, component: Component, source: UnitSource) -> SspUnit:
+        """The unit with all variables of its source."""
+        return SspUnit(name, component, source, _variables(source), dict(_variables_of_role(source, "initials")))
+
+    def declared(self, variable: Variable) -> DeclaredType:
+        """The type of a variable; its connector may give the unit of measurement that the source leaves open."""
         q = variable.quantity
         connector = self.component.connectors.get(variable.name)
         unit, base = (q.unit, q.base) if q.type.is_float else (None, None)
         if q.type.is_float and not q.unit:
             unit, base = (None, None) if connector is None else (connector.declared.unit, connector.declared.base)
-        return Declared(str(q.type), unit, base, items_of(q.enumeration) or None, variable.shape)
+        return DeclaredType(str(q.type), unit, base, items_of(q.enumeration) or None, variable.shape)
 
-    def opened_with(self, values: Mapping[str, Any], findings: Findings) -> Part:
-        """The same with parameter values that decide lengths of arrays; as it was where they cannot be."""
+    def opened_with(self, values: Mapping[str, Any], findings: Findings) -> SspUnit:
+        """The unit with values of its structural parameters; unchanged where the findings say that they do not fit."""
         source = self.source.with_parameters(values)
         if opened(source, self.component, findings) is None:
             return self
-        return replace(self, source=source, places=dict(_places(source)), initials=dict(_initials(source)))
+        return SspUnit.of(self.name, self.component, source)
 
-    def settable(self, name: str) -> Place | None:
-        """What a value of a parameter set means: a parameter, an input, or another variable with a start value."""
-        found = self.places.get(name)
-        return found if found is not None and found.role in ("inputs", "parameters") else self.initials.get(name)
+    def settable(self, name: str) -> UnitVariable | None:
+        """The parameter, the input, or another variable with a start value that a parameter set may give."""
+        variable = self.variables.get(name)
+        is_given = variable is not None and variable.role in ("inputs", "parameters")
+        return variable if is_given else self.initials.get(name)
 
     @property
     def structural(self) -> tuple[str, ...]:
-        """Parameters that lengths of arrays depend on."""
+        """The parameters that the lengths of arrays depend on."""
         return self.source.structural
 
     def has(self, name: str) -> bool:
         """Whether there is a variable of a name, also one of a kind that no master exchanges."""
-        if name in self.places:
-            return True
-        return self.source.declares(name)
+        return name in self.variables or self.source.declares(name)
 
 
-def open_parts(root: Group, findings: Findings, *, ours: bool) -> dict[tuple[str, ...], Part]:
-    """All components by their path; those that cannot be used are missing, and the findings say why.
+def open_units(root: SspSystem, findings: Findings, *, ours: bool) -> dict[tuple[str, ...], SspUnit]:
+    """All components as units, by the path of the component; without those that the findings refuse.
 
-    A unit is called like its component. In a system of another maker, `inner` in the system `outer` is the unit
-    `outer_inner`, and whatever is no letter, digit or underscore becomes an underscore: a dot would end the unit's name
-    in the path of a signal.
+    A unit has the name of its component. In a system of another maker, `inner` in the system `outer` is the unit
+    `outer_inner`, and each character that is no letter, digit or underscore becomes an underscore: a dot would end the
+    unit's name in the path of a signal.
+
+    Args:
+        root: The outermost system.
+        findings: Where problems and remarks are gathered.
+        ours: Whether this program wrote the SSP.
     """
-    found: dict[tuple[str, ...], Part] = {}
+    units: dict[tuple[str, ...], SspUnit] = {}
     taken: set[str] = set()
     for component in (e for e in root.walk() if isinstance(e, Component)):
-        name = component.name if ours else _free("_".join(re.sub(r"\W", "_", n) for n in component.path), taken)
+        name = component.name if ours else _unused("_".join(re.sub(r"\W", "_", n) for n in component.path), taken)
         taken.add(name)
         source = _source(component, findings, lenient=findings.lenient or ours)
         if source is not None:
-            part = Part(name, component, source, dict(_places(source)), dict(_initials(source)))
-            found[component.path] = part
+            units[component.path] = unit = SspUnit.of(name, component, source)
             for connector in component.connectors.values():
-                _compare(part, connector, findings)
-    renamed = [f"`{part.name}` is `{'.'.join(path)}`" for path, part in found.items() if ".".join(path) != part.name]
+                _compare(unit, connector, findings)
+    renamed = [f"`{unit.name}` is `{'.'.join(path)}`" for path, unit in units.items() if ".".join(path) != unit.name]
     if renamed:
         findings.remarks.append(f"units: {', '.join(renamed)}")
-    return found
+    return units
 
 
-def _free(name: str, taken: set[str]) -> str:
-    made, n = name or "unit", 1
-    while made in taken:
+def _unused(name: str, taken: set[str]) -> str:
+    """The name, with a number where it is taken."""
+    unused, n = name or "unit", 1
+    while unused in taken:
         n += 1
-        made = f"{name}_{n}"
-    return made
+        unused = f"{name}_{n}"
+    return unused
 
 
 def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitSource | None:
@@ -136,103 +159,103 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitS
             lambda: InProcess(block_named(component.block.removeprefix(BLOCK_SOURCE), component.where), {})
         )
     if component.file is None:
-        return None  # told already
-    if component.file.suffix == ".toml":
+        return None  # the structure has a problem for it already
+    if component.file.suffix == MAPPING_SUFFIX:
         return findings.attempt(partial(_mapped, component.name, component.file, lenient=lenient))
-    file = component.file
-    source = Fmu(file, {}, lenient)
+    source = Fmu(component.file, {}, lenient)
     if opened(source, component, findings) is None:
         return None
-    archive = source.archive
-    told = [f"{file.name}: {remark}" for remark in archive.remarks]
-    findings.remarks += [remark for remark in told if remark not in findings.remarks]
+    remarks = [f"{component.file.name}: {remark}" for remark in source.archive.remarks]
+    findings.remarks += [remark for remark in remarks if remark not in findings.remarks]
+    return source if _has_implementation(source.archive, component, component.file.name, findings) else None
+
+
+def _has_implementation(archive: Archive, component: Component, file: str, findings: Findings) -> bool:
+    """Whether an FMU has the FMI type that its component asks for; the findings say where it has not."""
     wanted = component.implementation
-    has = {
+    present = {
         "CoSimulation": archive.description.coSimulation is not None,
         "ModelExchange": archive.description.modelExchange is not None,
     }
-    if not has.get(wanted, True):
-        findings.wrong(component.where, f"no {wanted} in {file.name}", choices(k for k, there in has.items() if there))
-        return None
-    if wanted == "ModelExchange" and has["CoSimulation"]:
-        told = f"{wanted} asked for of {file.name}, which has CoSimulation too"
-        findings.breach(component.where, told, "CoSimulation, which is used where there is a choice, or any")
-    return source
+    if not present.get(wanted, True):
+        valid = choices(kind for kind, there in present.items() if there)
+        findings.add_problem(component.where, f"no {wanted} in {file}", valid)
+        return False
+    if wanted == "ModelExchange" and present["CoSimulation"]:
+        found = f"{wanted} asked for of {file}, which has CoSimulation too"
+        valid = "CoSimulation, which is used where there is a choice, or any"
+        findings.add_breach(component.where, found, valid)
+    return True
 
 
 def opened(source: UnitSource, component: Component, findings: Findings) -> Interface | None:
-    """The interface of a component; None where it cannot be used: the findings say why, with its place in the SSP."""
+    """The interface of a component; None where the findings say, with its place in the SSP, why it has none."""
     try:
         return source.interface
     except RequestError as error:
         file = component.file or Path()
+        known = f"{component.where}, {file.name}"
         for p in error.problems:
-            findings.wrong(p.where.replace(str(file), f"{component.where}, {file.name}"), p.found, p.valid, p.remedy)
+            findings.add_problem(p.where.replace(str(file), known), p.found, p.valid, p.remedy)
         return None
 
 
 def _mapped(name: str, file: Path, *, lenient: bool) -> UnitSource:
-    """The FMU that a mapping file names, behind the socket that it names."""
+    """The FMU that a mapping file names, behind the socket that it names. Raises `RequestError`."""
     mapping = read_mapping(file)
     if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
         raise refuse(f"{file.name}: fmu", f"`{mapping.fmu or ''}`", "the name of an FMU beside it in the archive")
     return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient), mapping)
 
 
-def _places(source: UnitSource) -> Iterator[tuple[str, Place]]:
-    for role in ("inputs", "outputs", "parameters"):
-        yield from _of(source, role)
-    names = {name: place for role in ("inputs", "outputs", "parameters") for name, place in _of(source, role)}
-    for alias, name in source.interface.aliases.items():
-        if name in names and alias not in names:
-            yield alias, names[name]
-    for clock in source.interface.clocks:
-        yield clock.name, Place("clocks", Variable(clock.name, Quantity("", "a clock", Type.BOOLEAN)))
+def _variables(source: UnitSource) -> dict[str, UnitVariable]:
+    """Inputs, outputs and parameters by name, by element and by alias, and the clocks."""
+    named = {n: v for role in ("inputs", "outputs", "parameters") for n, v in _variables_of_role(source, role)}
+    aliases = source.interface.aliases.items()
+    aliased = {alias: named[name] for alias, name in aliases if name in named and alias not in named}
+    clocks = {
+        clock.name: UnitVariable("clocks", Variable(clock.name, Quantity("", "a clock", Type.BOOLEAN)))
+        for clock in source.interface.clocks
+    }
+    return named | aliased | clocks
 
 
-def _initials(source: UnitSource) -> Iterator[tuple[str, Place]]:
-    return _of(source, "initials")
-
-
-def _of(source: UnitSource, role: str) -> Iterator[tuple[str, Place]]:
+def _variables_of_role(source: UnitSource, role: str) -> Iterator[tuple[str, UnitVariable]]:
     """The variables of a role, and the elements of arrays as the file spells them."""
     for variable in getattr(source.interface, role):
-        yield variable.name, Place(role, variable)
+        yield variable.name, UnitVariable(role, variable)
         if not variable.shape:
             continue
-        spelled = element_names(source, variable.name, role, old=True)
+        spelled = source.element_names(variable, role)
         names = spelled if len(spelled) == variable.size else variable.elements
         for name, index in zip(names, np.ndindex(*variable.shape), strict=True):
-            yield name, Place(role, variable, tuple(i + 1 for i in index))
+            yield name, UnitVariable(role, variable, tuple(i + 1 for i in index))
 
 
-def _compare(part: Part, connector: Connector, findings: Findings) -> None:
-    """What of a connector does not agree with the unit's variable of its name."""
-    place, unit = part.places.get(connector.name), part.source.interface.kind
-    if place is None:
-        if part.has(connector.name) and connector.kind in _HIDDEN:
+def _compare(unit: SspUnit, connector: Connector, findings: Findings) -> None:
+    """Find what of a connector does not agree with the variable of its name."""
+    target, model = unit.variables.get(connector.name), unit.source.interface.kind
+    if target is None:
+        if unit.has(connector.name) and connector.kind in _NOT_EXCHANGED:
             return
-        names = [n for n, p in part.places.items() if not p.at]
-        valid = choices(names) if len(names) <= _MOST else f"one of its {len(names)} variables"
-        told = f"the connector `{connector.name}`, of which `{unit}` has no variable"
-        findings.breach(connector.where, told, valid, did_you_mean(connector.name, names))
+        names = [n for n, v in unit.variables.items() if not v.index]
+        valid = choices(names) if len(names) <= _MOST_CHOICES else f"one of its {len(names)} variables"
+        found = f"the connector `{connector.name}`, of which `{model}` has no variable"
+        findings.add_breach(connector.where, found, valid, did_you_mean(connector.name, names))
         return
-    if connector.kind not in _KINDS[place.role]:
-        told = f"the kind `{connector.kind}` of `{connector.name}`"
-        findings.breach(connector.where, told, f"`{_KINDS[place.role][0]}`, as `{unit}` says")
-    q, said = place.variable.quantity, connector.declared
-    if not said.fits(q.type) or (said.shape and said.shape != place.shape):
-        shape = said.shape or ()
-        told = f"`{connector.name}` of type {describe(Quantity('1', '', said.type or q.type, shape))}"
-        findings.breach(connector.where, told, f"{describe(q)}, as `{unit}` says")
-    elif said.quantity is not None and q.unit and q.type.is_float and unit_conversion(said.quantity, q) != IDENTITY:
-        told = f"`{connector.name}` in `{said.unit}`"
-        findings.breach(connector.where, told, f"`{q.unit}`, as `{unit}` says")
-
-
-def problem_at(problem: Problem, lines: Mapping[str, str]) -> Problem:
-    """A problem of the system with the place in the SSP that it comes from, where that is known."""
-    for path in (problem.where, problem.where.partition(", ")[0]):
-        if path in lines:
-            return Problem(lines[path], problem.found, problem.valid, problem.remedy)
-    return problem
+    if connector.kind not in _KINDS[target.role]:
+        found = f"the kind `{connector.kind}` of `{connector.name}`"
+        findings.add_breach(connector.where, found, f"`{_KINDS[target.role][0]}`, as `{model}` says")
+    q, declared = target.variable.quantity, connector.declared
+    if not declared.fits(q.type) or (declared.shape and declared.shape != target.shape):
+        shape = declared.shape or ()
+        found = f"`{connector.name}` of type {describe(Quantity('1', '', declared.type or q.type, shape))}"
+        findings.add_breach(connector.where, found, f"{describe(q)}, as `{model}` says")
+    elif (
+        declared.quantity is not None
+        and q.unit
+        and q.type.is_float
+        and unit_conversion(declared.quantity, q) != IDENTITY
+    ):
+        found = f"`{connector.name}` in `{declared.unit}`"
+        findings.add_breach(connector.where, found, f"`{q.unit}`, as `{model}` says")

@@ -1,18 +1,56 @@
-"""Small parts of the XML that SSP and FMI have in common."""
+"""Reading and writing XML as SSP and FMI have it in common."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, cast
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, TypeAlias, cast
 
 from lxml import etree
 
 from components.interfaces.quantity import Quantity, Type
-from orchestrator.ssp.rules import SSC, SSD, Node
+from orchestrator.ssp.vocabulary import PREFIXES, SSC, SSD, Attribute, Tag
+
+Node: TypeAlias = Any
+"""An element of lxml, whose own type is private"""
+
+TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
+"""The texts of an `xs:boolean`"""
+
+
+def is_true(text: str | None) -> bool:
+    """Whether the text of an `xs:boolean` attribute is true; a missing attribute is false."""
+    return TRUTHS.get((text or "").strip(), False)
+
+
+def local_name(node: Node) -> str:
+    """The name of an element without its namespace; empty for comments and processing instructions."""
+    return str(node.tag).rpartition("}")[2] if isinstance(node.tag, str) else ""
+
+
+def qualified(space: str, name: str) -> str:
+    """A name in a namespace, as lxml writes it."""
+    return f"{{{space}}}{name}"
+
+
+def path_of(space: str, *names: str) -> str:
+    """The path that leads down from an element, for the find methods of lxml; all names are in one namespace."""
+    return "/".join(qualified(space, name) for name in names)
+
+
+def new_root(space: str, name: str, *others: str) -> Node:
+    """A root element in the namespace `space`, which declares the prefixes of that and of the `others`."""
+    return etree.Element(qualified(space, name), nsmap={PREFIXES[s]: s for s in (space, *others)})
+
+
+def add(
+    parent: Node, space: str, name: str, attributes: Mapping[Attribute, str] | Mapping[str, str] | None = None
+) -> Node:
+    """A new last child of an element, in a namespace."""
+    return cast(Any, etree.SubElement)(parent, qualified(space, name), dict(attributes or {}))
 
 
 def literal(value: Any, q: Quantity) -> str:
-    """A value as XML writes it."""
+    """A scalar value of a quantity as XML writes it."""
     if q.type is Type.BOOLEAN:
         return "true" if value else "false"
     if q.type is Type.BINARY:
@@ -23,47 +61,38 @@ def literal(value: Any, q: Quantity) -> str:
 
 
 def has_unit(q: Quantity) -> bool:
-    """Whether SSP and FMI can say the unit: they want its definition in base units."""
+    """Whether SSP and FMI can name the unit of measurement: they ask for its definition in base units."""
     return q.type.is_float and bool(q.unit) and q.base_unit is not None
 
 
 def unit_definitions(quantities: Sequence[Quantity]) -> dict[str, dict[str, str]]:
-    """The attributes of `BaseUnit`, in SSP as in FMI, of every unit in use that has a meaning."""
+    """The attributes of `BaseUnit`, in SSP as in FMI, of every unit of measurement in use, by its name."""
     units = {q.unit: q.base_unit for q in quantities if has_unit(q)}
-    found: dict[str, dict[str, str]] = {}
+    definitions: dict[str, dict[str, str]] = {}
     for name, base in sorted(units.items(), key=lambda item: item[0]):
         if base is not None:
-            found[name] = {b: str(n) for b, n in base.exponents.items()}
-            found[name] |= {"factor": repr(base.factor)} if base.factor != 1 else {}
-            found[name] |= {"offset": repr(base.offset)} if base.offset else {}
-    return found
-
-
-def add(parent: Node, space: str, label: str, /, **attributes: str) -> Node:
-    """A new last child of an element, in a namespace."""
-    return cast(Any, etree.SubElement)(parent, qualified(space, label), attributes)
-
-
-def qualified(space: str, name: str) -> str:
-    """A name in a namespace, as lxml writes it."""
-    return f"{{{space}}}{name}"
+            attributes = {b: str(n) for b, n in base.exponents.items()}
+            attributes |= {str(Attribute.FACTOR): repr(base.factor)} if base.factor != 1 else {}
+            attributes |= {str(Attribute.OFFSET): repr(base.offset)} if base.offset else {}
+            definitions[name] = attributes
+    return definitions
 
 
 def add_enumerations(root: Node, quantities: Sequence[Quantity]) -> None:
-    """The definitions of all enumerations in use, for an SSD."""
-    kinds = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
-    if not kinds:
+    """Add the definitions of all enumerations in use to a system structure description."""
+    enumerations = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
+    if not enumerations:
         return
-    parent = add(root, SSD, "Enumerations")
-    for name, kind in sorted(kinds.items()):
-        enumeration = add(parent, SSC, "Enumeration", name=name)
-        for item in kind:
-            add(enumeration, SSC, "Item", name=item.name, value=str(item.value))
+    parent = add(root, SSD, Tag.ENUMERATIONS)
+    for name, enumeration in sorted(enumerations.items()):
+        node = add(parent, SSC, Tag.ENUMERATION, {Attribute.NAME: name})
+        for item in enumeration:
+            add(node, SSC, Tag.ITEM, {Attribute.NAME: item.name, Attribute.VALUE: str(item.value)})
 
 
 def add_units(root: Node, quantities: Sequence[Quantity], space: str = SSD) -> None:
-    """The definitions of all units in use, for an SSD or an SSV."""
+    """Add the definitions of all units of measurement in use to a description or a parameter set."""
     if definitions := unit_definitions(quantities):
-        parent = add(root, space, "Units")
+        parent = add(root, space, Tag.UNITS)
         for name, base in definitions.items():
-            add(add(parent, SSC, "Unit", name=name), SSC, "BaseUnit", **base)
+            add(add(parent, SSC, Tag.UNIT, {Attribute.NAME: name}), SSC, Tag.BASE_UNIT, base)

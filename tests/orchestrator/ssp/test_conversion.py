@@ -11,8 +11,9 @@ from components.interfaces.problem import RequestError
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.conversion import joined
-from orchestrator.ssp.types import Declared, Step
+from orchestrator.ssp.conversion import composed
+from orchestrator.ssp.transformations import ConversionStep
+from orchestrator.ssp.types import DeclaredType
 from orchestrator.stepping.master import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
@@ -208,7 +209,8 @@ def test_all_steps_joined_are_the_steps_one_by_one(first, way, x):
             expected *= SPEEDS[here] / SPEEDS[unit]
         expected = expected if change is None else change[0] * expected + change[1]
         here = unit or ("" if as_it_is else here)
-        steps.append(Step("here", Linear(*change) if change else None, as_it_is, Declared("Real", unit or None)))
-    total = joined(Declared("Real", first or None), steps, findings)
+        declared = DeclaredType("Real", unit or None)
+        steps.append(ConversionStep("here", Linear(*change) if change else None, as_it_is, declared))
+    total = composed(DeclaredType("Real", first or None), steps, findings)
     assert findings.problems == []
     assert total(x) == pytest.approx(expected, rel=1e-9, abs=1e-6)
