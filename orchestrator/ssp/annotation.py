@@ -64,9 +64,13 @@ class ScenarioAnnotation(BaseModel):
     sources: dict[str, dict[str, Any]] = {}
 
     def held_values(self, units: Mapping[str, UnitSource]) -> dict[str, Any]:
-        """The values of inputs as their units take them: texts of binary inputs become bytes."""
+        """The values of inputs as their units take them: texts of binary inputs become bytes.
+
+        Raises:
+            RequestError: A text of a binary input is not hexadecimal.
+        """
         types = {f"{n}.{v.name}": v.quantity.type for n, s in units.items() for v in s.interface.inputs}
-        return {path: _as_bytes(v) if types.get(path) is Type.BINARY else v for path, v in self.held.items()}
+        return {path: _as_bytes(path, v) if types.get(path) is Type.BINARY else v for path, v in self.held.items()}
 
 
 NO_ANNOTATION: Final = ScenarioAnnotation(step=STEP, sockets={})
@@ -99,8 +103,13 @@ def _as_json(value: Any) -> Any:
     return value.hex() if isinstance(value, bytes) else value.item()
 
 
-def _as_bytes(value: Any) -> Any:
-    return bytes.fromhex(value) if isinstance(value, str) else [_as_bytes(item) for item in value]
+def _as_bytes(path: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return [_as_bytes(path, item) for item in value]  # type: ignore[unknown]
+    try:
+        return bytes.fromhex(value)
+    except (TypeError, ValueError) as error:
+        raise refuse(f"held.{path}", f"`{value}`", "hexadecimal digits, two for each byte") from error
 
 
 def read_annotation(document: Document) -> ScenarioAnnotation | None:

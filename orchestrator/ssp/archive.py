@@ -30,9 +30,9 @@ def alternatives(names: Iterable[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-_VERSIONS: Final = alternatives(SspVersion)
+VALID_VERSIONS: Final = alternatives(SspVersion)
 VALID_PACKAGE: Final = f"an SSP: a zip archive with {DESCRIPTION_FILE}"
-VALID_SSP: Final = f"{VALID_PACKAGE}, SSP {_VERSIONS}"
+VALID_SSP: Final = f"{VALID_PACKAGE}, SSP {VALID_VERSIONS}"
 
 
 @dataclass
@@ -164,14 +164,14 @@ def conforms(document: Document, root: Node, kind: Tag) -> bool:
     """
     findings, where = document.findings, document.at(root)
     if document_kind(root) is not kind:
-        findings.add_problem(where, f"the element `{root.tag}`", f"`{kind}` of SSP {_VERSIONS}")
+        findings.add_problem(where, f"the element `{root.tag}`", f"`{kind}` of SSP {VALID_VERSIONS}")
         return False
     text = root.get(Attribute.VERSION, "")
     version = SspVersion.of(text) if text else SspVersion.SSP1
     if not text:
-        findings.add_breach(where, "no version", _VERSIONS)
+        findings.add_breach(where, "no version", VALID_VERSIONS)
     if version is None:
-        findings.add_problem(where, f"SSP version {text}", _VERSIONS)
+        findings.add_problem(where, f"SSP version {text}", VALID_VERSIONS)
         return False
     for line, found in islice(breaches(root, kind, version), _MOST_BREACHES):
         findings.add_breach(f"{document.where}, line {line}", found, f"what SSP {text or version} allows")

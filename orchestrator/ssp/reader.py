@@ -77,10 +77,7 @@ def read(  # noqa: PLR0913 - what a person can change
         RequestError: The system cannot be run as it stands; all its problems.
     """
     findings, settings = Findings(lenient=lenient), settings or {}
-    document = _description(path, findings)
-    root = None if document is None else read_structure(document)
-    if document is None or root is None:
-        raise RequestError(findings.problems)
+    document, root = _opened(path, findings)
     annotation = read_annotation(document)
     known = annotation or NO_ANNOTATION
     ssp_units = open_units(root, findings, ours=annotation is not None)
@@ -143,8 +140,8 @@ def _remark_on_undriven(assembly: Assembly, annotation: ScenarioAnnotation) -> N
         assembly.findings.remarks.append(f"inputs that nothing drives keep their start values: {listed}{more}")
 
 
-def _description(path: Path, findings: Findings) -> Document | None:
-    """The main description of an SSP. Raises `RequestError`."""
+def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:
+    """The main description of an SSP, and its outermost system. Raises `RequestError`."""
     package = open_package(path, str(path), findings)
     file = package.folder / DESCRIPTION_FILE
     if not file.is_file():
@@ -152,7 +149,11 @@ def _description(path: Path, findings: Findings) -> Document | None:
         options = alternatives(f"--{socket}" for socket in SOCKETS)
         remedy = f"It is an FMU: give it with {options}." if is_fmu else ""
         raise refuse(str(path), f"an archive without {DESCRIPTION_FILE}", VALID_SSP, remedy)
-    return read_document(package, file)
+    document = read_document(package, file)
+    root = None if document is None else read_structure(document)
+    if document is None or root is None:
+        raise RequestError(findings.problems)
+    return document, root
 
 
 def _name_and_title(document: Document, path: Path, *, ours: bool) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeAlias
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation
 from components.interfaces.quantity import Quantity, Type
-from orchestrator.ssp.archive import Document
+from orchestrator.ssp.archive import VALID_VERSIONS, Document
 from orchestrator.ssp.types import DeclaredType, number
 from orchestrator.ssp.vocabulary import SSC, Attribute, Tag
 from orchestrator.ssp.xml import TRUTHS, Node, add, literal, local_name, qualified
@@ -51,7 +51,8 @@ def read_transformation(document: Document, parent: Node) -> DeclaredTransformat
         factor = number(document, node, Attribute.FACTOR, float, 1.0)
         return Linear(factor, number(document, node, Attribute.OFFSET, float, 0.0))
     if label not in _ENTRY_READERS:
-        document.findings.add_problem(document.at(node), f"the transformation `{label}`", "one of SSP 1.0 or 2.0")
+        found, valid = f"the transformation `{label}`", f"one of SSP {VALID_VERSIONS}"
+        document.findings.add_problem(document.at(node), found, valid)
         return None
     table = _read_table(document, node, _ENTRY_READERS[label])
     return EnumerationMapping(table) if label == Tag.ENUMERATION_MAPPING else Lookup(table)

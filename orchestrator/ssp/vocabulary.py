@@ -35,7 +35,7 @@ BLOCK_TYPE: Final = "application/x-macrostep-block"
 """A block of this program, which the component's source names after `BLOCK_SOURCE`"""
 MAPPING_TYPE: Final = "application/x-macrostep-mapping"
 """A mapping file, which names its FMU; the component's connectors are those of a socket"""
-BLOCK_SOURCE: Final = "urn:macrostep:block:"
+BLOCK_SOURCE: Final = f"{OURS}:block:"
 
 DESCRIPTION_FILE: Final = "SystemStructure.ssd"
 PACKAGE_SUFFIX: Final = ".ssp"

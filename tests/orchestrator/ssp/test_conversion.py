@@ -1,4 +1,7 @@
-"""Values change their units and are transformed on their way, hop by hop, as the standard says."""
+"""Values change their units and are transformed on their way, hop by hop, as the standard says.
+
+This shows `conversion` and `transformations`.
+"""
 
 from __future__ import annotations
 

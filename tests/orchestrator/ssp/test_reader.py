@@ -1,4 +1,7 @@
-"""SSPs of other makers: structure and experiment become a system that runs like one built by hand, or in FMPy."""
+"""SSPs of other makers: structure and experiment become a system that runs like one built by hand, or in FMPy.
+
+This shows `reader`, `structure`, `system_elements`, `connection_graph`, `assembly` and `default_experiment`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What of an SSP cannot be run is refused by name, with its file and line, all of it at once, before anything runs."""
+"""What of an SSP cannot be run is refused by name, with its file and line, all of it at once, before anything runs.
+
+This shows what `archive`, `rules`, `types`, `connections`, `ssp_units` and `connection_graph` refuse.
+"""
 
 from __future__ import annotations
 
@@ -373,6 +376,18 @@ def test_transformations_that_mean_nothing(tmp_path, files):
     assert read(tmp_path, files, body(A + b, wire("b.y_n", "a.u", table))) == [
         "line 12: IntegerMappingTransformation: found two entries for `1`; valid: one entry for each value",
         "line 12: b.y_n -> a.u: found Int32 in `1`; valid: Float64 in `m`",
+    ]
+
+
+@pytest.mark.parametrize("kind", ["Cubic", "BooleanCubic"])
+def test_transformations_that_the_standard_does_not_have(tmp_path, files, kind):
+    cubic = f"<ssc:{kind}Transformation/>"
+    assert read(tmp_path, files, body(A + B, wire("a.y_u", "b.u", cubic)), version="2.0") == [
+        f"line 12: found `{kind}Transformation` inside `Connection`, which takes Annotations,"
+        " BooleanMappingTransformation, ConnectionGeometry, EnumerationMappingTransformation,"
+        " IntegerMappingTransformation, LinearTransformation, MetaData, Signature;"
+        f" valid: what SSP 2.0 allows{LENIENT}",
+        f"line 12: found the transformation `{kind}Transformation`; valid: one of SSP 1.0 or 2.0",
     ]
 
 

@@ -1,4 +1,7 @@
-"""A system as an SSP file, and back."""
+"""A system as an SSP file, and back.
+
+This shows `writer`, `parameter_set_writer`, `element_names` and `xml`.
+"""
 
 from __future__ import annotations
 
