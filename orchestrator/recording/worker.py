@@ -19,6 +19,7 @@ from typing import IO, Any, Final, TypeAlias
 
 from typing_extensions import override
 
+from fmus.toolchain.child_process import ParentProcess
 from orchestrator.recording.messages import NewRows, RecordingRequest
 from orchestrator.results.run_folder import SYSTEM
 
@@ -37,17 +38,14 @@ class _WithoutPandas(MetaPathFinder):
             raise ModuleNotFoundError("left out of the process that records", name=fullname)
 
 
-def main(stream: IO[bytes]) -> None:
-    """Record until the messages end.
-
-    Args:
-        stream: The pipe from the process that steps.
-    """
+def main() -> None:
+    """Record until the messages end."""
     sys.meta_path.insert(0, _WithoutPandas())
+    parent = ParentProcess()
     messages: MessageQueue = queue.SimpleQueue()
-    receiver = threading.Thread(target=_receive, args=(stream, messages), daemon=True)
+    receiver = threading.Thread(target=_receive, args=(parent.requests, messages), daemon=True)
     receiver.start()
-    _record(messages, receiver)
+    _record(messages, receiver, parent)
 
 
 def _receive(stream: IO[bytes], messages: MessageQueue) -> None:
@@ -75,7 +73,7 @@ def _next(messages: MessageQueue) -> Any:
     return None if message is None else pickle.loads(message)  # noqa: S301 - from the process that started this one
 
 
-def _record(messages: MessageQueue, receiver: threading.Thread) -> None:
+def _record(messages: MessageQueue, receiver: threading.Thread, parent: ParentProcess) -> None:
     # These are slow to import; the other process prepares the run at the same time.
     from orchestrator.recording.recording import Recording, joined  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
@@ -91,7 +89,7 @@ def _record(messages: MessageQueue, receiver: threading.Thread) -> None:
         recording = Recording(request, ssp_reader.read(request.folder / SYSTEM))
     finally:
         archive.remove_packages()  # now, because later this process may be ended at any moment
-    print("open", flush=True)  # noqa: T201 - the other process waits for this line
+    parent.answer("open")
     about, over = {**request.about, "status": "cut short"}, False
     while not over:
         received = _waiting(messages)
@@ -113,7 +111,7 @@ def _waiting(messages: MessageQueue) -> list[Any]:
 if __name__ == "__main__":
     code = 0
     try:
-        main(sys.stdin.buffer)
+        main()
     except Exception:  # noqa: BLE001 - the other process reports it
         traceback.print_exc()
         code = 1

@@ -125,8 +125,8 @@ def test_the_process_does_without_pandas_which_takes_longer_to_import_than_rerun
 
 def test_a_process_of_which_nothing_was_asked_is_gone_at_once():
     with RecordingProcess() as process:
-        pid = process._process
-    assert pid.returncode is not None
+        child = process._child._process
+    assert child.returncode is not None
     assert process.wait() == ""
 
 
@@ -143,8 +143,8 @@ def test_a_process_that_takes_too_long_is_ended_and_one_that_fails_says_why(simu
 
 def test_nobody_waits_for_a_process_that_is_gone(simulation, tmp_path):
     with RecordingProcess() as process:
-        process._process.kill()
-        process._process.wait()
+        process._child.kill()
+        process._child.death()
         process.begin(request(simulation, tmp_path), simulation)
         began = time.monotonic()
         process.wait_until_open()
@@ -172,7 +172,7 @@ def test_a_process_that_is_killed_leaves_no_files_but_the_recording(simulation, 
     with RecordingProcess() as process:
         process.begin(request(simulation, tmp_path), simulation)
         process.wait_until_open()
-        process._process.kill()
+        process._child.kill()
     assert list(scratch.iterdir()) == []
 
 
