@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 from components.interfaces.conversion import IDENTITY, Linear
 from fmus.units.conventions import Convention
 
-Place: TypeAlias = tuple[str, int]
-"""An element of a variable: its name, and which of its elements, counted from 0"""
+VariableElement: TypeAlias = tuple[str, int]
+"""An element of a variable: the name of the variable, and the index of the element, from 0"""
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class Link:
     """One signal of ours and the elements of theirs that stand for its first elements: ``ours = relation(theirs)``."""
 
     signal: str
-    theirs: tuple[Place, ...]
+    theirs: tuple[VariableElement, ...]
     relation: Linear = IDENTITY
     low: float = -math.inf
     high: float = math.inf
-    """Limits of what theirs is given, in its own unit"""
+    """Limits of the values that theirs is given, in its own unit of measurement"""
 
 
 @dataclass(frozen=True)

@@ -16,19 +16,20 @@ from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface
-from fmus.units.unit import Column, Operation, Unit, UnitError, positions
+from fmus.units.capabilities import StateCapability
+from fmus.units.unit import Column, Operation, TypedColumns, Unit, UnitError, positions
 
 
 @lru_cache
-def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
+def interface_of(block: type[Block[Any, Any, Any]]) -> Interface:
     """What a block looks like from outside."""
-    lowered = lower(kind)
+    lowered = lower(block)
     return Interface(
-        kind=kind.name,
-        inputs=kind.inputs(),
-        outputs=kind.outputs(),
-        parameters=kind.parameters(),
-        feedthrough=by_variable(lowered, kind.outputs(), kind.inputs()),
+        kind=block.name,
+        inputs=block.inputs(),
+        outputs=block.outputs(),
+        parameters=block.parameters(),
+        feedthrough=by_variable(lowered, block.outputs(), block.inputs()),
         output_after_set=not lowered.sampled,
         starts={},
         rolls_back=True,
@@ -36,7 +37,16 @@ def interface_of(kind: type[Block[Any, Any, Any]]) -> Interface:
 
 
 def by_variable(lowered: LoweredBlock, outputs: tuple[Variable, ...], inputs: tuple[Variable, ...]) -> Any:
-    """The feedthrough of whole variables: true where any element of an input reaches any element of an output."""
+    """The feedthrough of whole variables: true where any element of an input reaches any element of an output.
+
+    Args:
+        lowered: the block's functions, with the feedthrough element by element.
+        outputs: all outputs of the block.
+        inputs: all inputs of the block.
+
+    Returns:
+        Booleans, (outputs, inputs).
+    """
     if not (outputs and inputs):
         return np.zeros((len(outputs), len(inputs)), dtype=bool)
     rows = np.cumsum([0, *(v.size for v in outputs[:-1])])
@@ -44,42 +54,74 @@ def by_variable(lowered: LoweredBlock, outputs: tuple[Variable, ...], inputs: tu
     return np.logical_or.reduceat(np.logical_or.reduceat(lowered.feedthrough, rows, axis=0), columns, axis=1)
 
 
-class BlockUnit(Unit):
-    """A block that runs here. Raises `RequestError` when parameter values are missing or out of range."""
+class BlockState(StateCapability):
+    """The memory of a running block, which can be copied out and in.
 
-    def __init__(self, name: str, kind: type[Block[Any, Any, Any]]) -> None:
-        super().__init__(name, interface_of(kind))
-        self._kind = kind
-        self._lowered = lower(kind)
-        dims = kind.dimensions()
-        self._p = np.zeros(size(kind, dims))
-        self._x = np.zeros(size(kind.state_type, dims))
-        self._next = np.zeros_like(self._x)
-        self._u = np.zeros(size(kind.input_type, dims))
-        self._y = np.zeros(size(kind.output_type, dims))
+    Args:
+        states: number of states.
+        outputs: number of outputs.
+    """
+
+    def __init__(self, states: int, outputs: int) -> None:
+        self.x = np.zeros(states)
+        self.y = np.zeros(outputs)
+        self.held = False
+        """Whether the outputs stand until the next sample, as those of a sampled block do after its first"""
+
+    @override
+    def save(self) -> Any:
+        return self.x.copy(), self.y.copy(), self.held
+
+    @override
+    def restore(self, state: Any) -> None:
+        self.x[:], self.y[:], self.held = state
+
+    @override
+    def forget(self, state: Any) -> None:
+        """Nothing to release."""
+
+
+class BlockUnit(Unit):
+    """A block that runs in this process.
+
+    Args:
+        name: name of the unit.
+        block: the block's class.
+    """
+
+    def __init__(self, name: str, block: type[Block[Any, Any, Any]]) -> None:
+        super().__init__(name, interface_of(block))
+        self._block = block
+        self._lowered = lower(block)
+        dims = block.dimensions()
+        self._p = np.zeros(size(block, dims))
+        self._u = np.zeros(size(block.input_type, dims))
         self._h = np.zeros(1)
-        self._evaluate_output = _evaluation(self._lowered.output, [self._x, self._u, self._p], [self._y])
-        results = [self._next, self._y][: self._lowered.step.n_out()]
-        self._evaluate_step = _evaluation(self._lowered.step, [self._x, self._u, self._p, self._h], results)
-        self._held = False  # a sampled block's outputs stand until its next sample
+        self._memory = memory = BlockState(size(block.state_type, dims), size(block.output_type, dims))
+        self.state = memory
+        self._next = np.zeros_like(memory.x)
+        self._evaluate_output = _evaluation(self._lowered.output, [memory.x, self._u, self._p], [memory.y])
+        results = [self._next, memory.y][: self._lowered.step.n_out()]
+        self._evaluate_step = _evaluation(self._lowered.step, [memory.x, self._u, self._p, self._h], results)
         self._set_copies: list[tuple[Column, Column]] = []
         self._get_copies: list[tuple[Column, Column]] = []
 
     @override
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
-        self._set_copies = [(mine, theirs) for mine, theirs in _pairs(self._kind.inputs(), self._u, inputs)]
-        self._get_copies = [(theirs, mine) for mine, theirs in _pairs(self._kind.outputs(), self._y, outputs)]
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+        self._set_copies = [(mine, theirs) for mine, theirs in _pairs(self._block.inputs(), self._u, inputs)]
+        self._get_copies = [(theirs, mine) for mine, theirs in _pairs(self._block.outputs(), self._memory.y, outputs)]
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        self._p[:] = pack(self._kind(**parameters))
-        start = _evaluation(self._lowered.start, [self._p], [self._x])
+        """As `Unit.enter_initialization`. Raises `RequestError` when values are missing or out of range."""
+        self._p[:] = pack(self._block(**parameters))
+        start = _evaluation(self._lowered.start, [self._p], [self._memory.x])
         start()
-        self._held = False
+        self._memory.held = False
 
     @override
     def exit_initialization(self) -> None:
-        if not np.isfinite(self._x).all():
+        if not np.isfinite(self._memory.x).all():
             raise UnitError(self.name, "its initial state is not finite", self.messages)
 
     @override
@@ -95,27 +137,20 @@ class BlockUnit(Unit):
             mine[:] = theirs
 
     def _get(self) -> None:
-        if not self._held:
+        if not self._memory.held:
             self._evaluate_output()
         for theirs, mine in self._get_copies:
             theirs[:] = mine
 
     @override
     def step(self, t: float, h: float) -> None:
-        parts = 1 if self._lowered.sampled else substeps(h, self._kind.max_step)
+        parts = 1 if self._lowered.sampled else substeps(h, self._block.max_step)
         self._h[0] = h / parts
+        memory = self._memory
         for _ in range(parts):
             self._evaluate_step()
-            self._x[:] = self._next
-        self._held = self._lowered.sampled
-
-    @override
-    def save(self) -> Any:
-        return self._x.copy(), self._y.copy(), self._held
-
-    @override
-    def restore(self, state: Any) -> None:
-        self._x[:], self._y[:], self._held = state
+            memory.x[:] = self._next
+        memory.held = self._lowered.sampled
 
     @override
     def close(self) -> None:
@@ -123,7 +158,10 @@ class BlockUnit(Unit):
 
 
 def substeps(h: float, max_step: float) -> int:
-    """Into how many equal parts a macro step is divided; the C runtime does the same."""
+    """Into how many equal parts a macro step `h` [s] is divided, none longer than `max_step` [s].
+
+    The C runtime computes the same.
+    """
     return max(1, int(np.ceil(h / max_step - 1e-9)))
 
 
@@ -142,9 +180,7 @@ def _evaluation(function: Any, arguments: list[Column], results: list[Column]) -
     return call
 
 
-def _pairs(
-    variables: tuple[Variable, ...], flat: Column, columns: Mapping[Type, Column]
-) -> list[tuple[Column, Column]]:
+def _pairs(variables: tuple[Variable, ...], flat: Column, columns: TypedColumns) -> list[tuple[Column, Column]]:
     """Views of `flat` beside the views of the typed columns with the same elements, joined where neighbours stay so."""
     places = positions(variables)
     runs: list[tuple[Type, int, int, int]] = []

@@ -1,105 +1,128 @@
-"""An FMI 3.0 Co-Simulation FMU that is run with Event Mode."""
+"""An FMI 3.0 Co-Simulation FMU that can be run with Event Mode."""
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from typing_extensions import override
 
-from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
-from fmus.units.event_mode import EventError, EventMode
+from fmus.units.capabilities import EventCapability
+from fmus.units.event_mode import EventError, EventMode, StepResult
 from fmus.units.fmu_unit import Fmu3Unit
-from fmus.units.unit import Column, Operation, UnitError, views
+from fmus.units.unit import Operation, TypedColumns, Unit, UnitError, views
+from fmus.units.value_calls import Direction
 
 
 class ClockedUnit(Fmu3Unit):
-    """As `Fmu3Unit`, until `use_events` is said."""
+    """As `Fmu3Unit`, until its events are used."""
 
-    _events: EventMode | None = None
+    def __init__(self, name: str, archive: Archive) -> None:
+        super().__init__(name, archive)
+        self.events = self._events = ClockedEvents(self, self._fmu, self._instantiate_again)
 
-    @override
-    def use_events(self, h: float) -> None:
+    def _instantiate_again(self) -> None:
+        """Replace the instance by one with Event Mode."""
         self._free_instance()
         try:
             self._fmu.instantiate(loggingOn=True, eventModeUsed=True, earlyReturnAllowed=True, logMessage=self._logged)
         except Exception as error:  # FMPy raises bare Exception
             raise UnitError(self.name, f"could not be instantiated with Event Mode ({error})", self.messages) from error
-        self._component = self._address()
-        self._events = EventMode(self._fmu, self.interface.clocks, h)
-
-    @property
-    def events(self) -> EventMode:
-        """What the unit does at an instant, once `use_events` has been said."""
-        assert self._events is not None  # noqa: S101 - the schedule asks only units that use Event Mode
-        return self._events
+        self._take_address()
 
     @override
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
         super().bind(inputs, outputs)
-        if self._events is not None and self._archive.clocks_of:
-            self._setters = self._by_clock("Set", self.interface.inputs, inputs)
-            self._getters = self._by_clock("Get", self.interface.outputs, outputs)
+        if self._events.mode is not None and self._archive.clocks_of:
+            self._setters = list(self._by_clock("Set", self.interface.inputs, inputs, self._events.mode))
+            self._getters = list(self._by_clock("Get", self.interface.outputs, outputs, self._events.mode))
 
     def _by_clock(
-        self, direction: str, variables: tuple[Variable, ...], columns: Mapping[Type, Column]
-    ) -> list[Operation]:
+        self, direction: Direction, variables: Iterable[Variable], columns: TypedColumns, mode: EventMode
+    ) -> Iterable[Operation]:
         """A call for each variable; that of a clocked one does nothing while none of its clocks ticks."""
-        made: list[Operation] = []
-        slots = views(variables, columns)
+        slots = views(tuple(variables), columns)
         for variable in variables:
-            move = self._mover(direction, [variable], slots[variable.name])
+            move = self._calls.mover(direction, [variable], slots[variable.name])
             clocks = self._archive.clocks_of.get(variable.name)
-            made.append(move if clocks is None else self._while_active(move, clocks))
-        return made
-
-    def _while_active(self, move: Operation, clocks: frozenset[int]) -> Operation:
-        return lambda: move() if clocks & self.events.active else 0
+            yield move if clocks is None else _while_active(move, clocks, mode)
 
     @override
     def exit_initialization(self) -> None:
-        if self._events is not None:
-            self._event("the clocks could not be set", self._events.prepare)
+        mode = self._events.mode
+        if mode is None:
+            super().exit_initialization()
+            return
+        self._events.check("the clocks could not be set", mode.prepare)
         super().exit_initialization()
-        if self._events is not None:
-            self._event("the clocks could not be read", self._events.begin)
-
-    @override
-    def activate(self, t: float, h: float) -> object:
-        return self._event("Event Mode failed", lambda: self.events.activate(t))
-
-    @override
-    def update(self, t: float, h: float) -> object:
-        return self._event("the discrete states could not be updated", lambda: self.events.update(t))
+        self._events.check("the clocks could not be read", mode.begin)
 
     @override
     def step(self, t: float, h: float) -> object:
-        if self._events is None:
+        mode = self._events.mode
+        if mode is None:
             return super().step(t, h)
-        return self._event("the step failed", lambda: self.events.step(self._advance, t, h))
+        return self._events.check("the step failed", mode.step, self._advance, t, h)
 
-    def _advance(self, t: float, h: float) -> tuple[int, bool, bool, float]:
-        """Step; gives status, whether an event is needed, whether the FMU asks for the end, and the time reached."""
+    def _advance(self, t: float, h: float) -> StepResult:
         status = self._do_step(self._component, t, h, 1, *self._results)
         event, terminate, early = (bool(flag) for flag in self._flags.raw)
-        return int(status), event or early, terminate, self._reached.value if event or early else t + h
+        interrupted = event or early
+        return StepResult(int(status), interrupted, terminate, self._reached.value if interrupted else t + h)
+
+
+class ClockedEvents(EventCapability):
+    """Event Mode of a `ClockedUnit`.
+
+    Args:
+        unit: the unit, for its messages and its clocks.
+        fmu: FMPy's object.
+        instantiate_again: replaces the instance by one with Event Mode.
+    """
+
+    def __init__(self, unit: Unit, fmu: Any, instantiate_again: Callable[[], None]) -> None:
+        self._unit, self._fmu, self._instantiate_again = unit, fmu, instantiate_again
+        self.mode: EventMode | None = None
+        """The events of the present instance, once they are used"""
+
+    def check(self, action: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function; `action` is what has failed if it fails. Raises `UnitError`."""
+        try:
+            return function(*arguments)
+        except (FMICallException, EventError) as error:
+            raise UnitError(self._unit.name, f"{action}: {error}", self._unit.messages) from error
+
+    @property
+    def _used(self) -> EventMode:
+        assert self.mode is not None  # noqa: S101 - the schedule asks only units that use Event Mode
+        return self.mode
+
+    @override
+    def use(self, h: float) -> None:
+        self._instantiate_again()
+        self.mode = EventMode(self._fmu, self._unit.interface.clocks, h)
+
+    @override
+    def activate(self, t: float, h: float) -> object:
+        return self.check("Event Mode failed", self._used.activate, t)
+
+    @override
+    def update(self, t: float, h: float) -> object:
+        return self.check("the discrete states could not be updated", self._used.update, t)
 
     @override
     def fired(self) -> set[str]:
-        found = set(self.events.fired)
-        self.events.fired.clear()
-        return found
+        return self._used.take_fired()
 
     @override
     def trigger(self, clock: str) -> None:
-        self.events.trigger(clock)
+        self._used.trigger(clock)
 
-    def _event(self, action: str, call: Callable[[], Any]) -> Any:
-        try:
-            return call()
-        except (FMICallException, EventError) as error:
-            raise UnitError(self.name, f"{action}: {error}", self.messages) from error
+
+def _while_active(move: Operation, clocks: frozenset[int], mode: EventMode) -> Operation:
+    return lambda: move() if clocks & mode.active else 0

@@ -1,7 +1,7 @@
 """CVODE around a Model Exchange FMU: one internal step at a time, never past a given instant, ending at state events.
 
-FMPy brings SUNDIALS and a solver class; this one tells each step apart (an FMU wants to hear of each), stops where time
-events and communication points are, hands on errors of the FMU, and frees what it has taken.
+FMPy brings SUNDIALS and a class around CVODE. The subclass here returns after each internal step, as an FMU has to be
+notified of each, never passes a time event or a communication point, reports errors of the FMU, and frees its memory.
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
@@ -20,7 +20,7 @@ from fmus.toolchain.fmpy_library import FMICallException, sundials
 _ONE_STEP: Final = 2
 _DISCARD: Final = 2
 _AGAIN, _GIVE_UP = 1, -1
-"""What CVODE is told of an evaluation that failed: try a smaller step, or stop"""
+"""What an evaluation that failed returns to CVODE: try a smaller step, or stop"""
 
 _SUNDIALS: Final = sundials()
 _set_stop_time = _SUNDIALS.cvode["CVodeSetStopTime"]
@@ -33,8 +33,11 @@ for _function in _free.values():
     _function.argtypes = [c_void_p]
 
 
-class Model(Protocol):
-    """What the solver asks of an FMU in Continuous-Time Mode; calls raise `FMICallException`."""
+class ContinuousModel(Protocol):
+    """What the integrator needs of an FMU in Continuous-Time Mode; the methods raise `FMICallException`.
+
+    All arrays are pointers to `n` numbers in C.
+    """
 
     n_states: int
     n_indicators: int
@@ -58,14 +61,20 @@ class Model(Protocol):
         """Set the time."""
 
 
-class SolverError(RuntimeError):
+class IntegrationError(RuntimeError):
     """The integration cannot go on."""
 
 
-class Solver(_SUNDIALS.CVodeSolver):
-    """BDF of variable order and step; absolute tolerances are the relative one times the nominal values."""
+class CvodeIntegrator(_SUNDIALS.CVodeSolver):
+    """BDF of variable order and step; absolute tolerances are the relative one times the nominal values.
 
-    def __init__(self, model: Model, time: float, tolerance: float) -> None:
+    Args:
+        model: the FMU.
+        time: the present time [s].
+        tolerance: relative tolerance [1].
+    """
+
+    def __init__(self, model: ContinuousModel, time: float, tolerance: float) -> None:
         self._failure: FMICallException | None = None
         super().__init__(
             nx=model.n_states,
@@ -109,9 +118,13 @@ class Solver(_SUNDIALS.CVodeSolver):
         return 0
 
     def advance(self, target: float) -> tuple[float, bool]:
-        """One internal step towards `target`; the time that was reached, and whether there is a state event.
+        """Make one internal step towards `target` [s], after which the FMU is at the time reached with its states.
 
-        The FMU is then at that time with the states found. Raises `SolverError`.
+        Returns:
+            The time that was reached [s], and whether there is a state event.
+
+        Raises:
+            IntegrationError: CVODE cannot go on.
         """
         self._failure, self.error_info = None, None
         reached = c_double()
@@ -121,7 +134,7 @@ class Solver(_SUNDIALS.CVodeSolver):
             said = self.error_info[3] if self.error_info else f"status {flag}"
             if self._failure is not None:
                 said = f"{said} ({self._failure})"
-            raise SolverError(f"CVODE cannot go on at {reached.value:g} s: {' '.join(said.split())}")
+            raise IntegrationError(f"CVODE cannot go on at {reached.value:g} s: {' '.join(said.split())}")
         self.set_time(reached.value)
         if not self.discrete:
             self.set_x(self.px, self.nx)

@@ -11,7 +11,7 @@ goes on. Output clocks that tick in between are forwarded at the next communicat
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fmus.clock import SET_BY_IMPORTER, Clock
 from fmus.toolchain.fmpy_library import (
@@ -22,12 +22,35 @@ from fmus.toolchain.fmpy_library import (
 )
 from fmus.units.unit import FMI_WARNING
 
-ITERATIONS: Final = 1000
-"""Event iterations at one instant; more are taken for an endless loop"""
+EVENT_ITERATIONS: Final = 1000
+"""The most event iterations at one instant; an FMU that needs more is taken to iterate for ever."""
+
+
+class EventError(RuntimeError):
+    """An FMU that cannot go on at an instant."""
+
+
+class StepResult(NamedTuple):
+    """What came of one call of the FMU's step function."""
+
+    status: int
+    """The FMI status"""
+    interrupted: bool
+    """Whether the FMU needs an event or returned early"""
+    terminate: bool
+    """Whether the FMU asks for the end of the simulation"""
+    reached: float
+    """[s] the time that was reached"""
 
 
 class EventMode:
-    """The event handling of one running FMU; `fmu` is FMPy's."""
+    """The event handling of one running FMU. The methods raise `EventError` and FMPy's `FMICallException`.
+
+    Args:
+        fmu: FMPy's object, whose instance was made with Event Mode.
+        clocks: all clocks of the FMU.
+        h: the communication step of the unit [s].
+    """
 
     def __init__(self, fmu: Any, clocks: tuple[Clock, ...], h: float) -> None:
         self._fmu = fmu
@@ -43,8 +66,8 @@ class EventMode:
         self._in_event_mode = False
         self.active: frozenset[int] = frozenset()
         """Clocks that tick at this instant: only their variables may be set and read"""
-        self.fired: set[str] = set()
-        """Output clocks that have ticked and were not forwarded yet"""
+        self._fired: set[str] = set()
+        """Output clocks that have ticked and were not forwarded yet, by name"""
 
     def prepare(self) -> None:
         """Give the clocks that have none the macro step as their interval; in Initialization Mode."""
@@ -73,8 +96,8 @@ class EventMode:
 
     def update(self, t: float) -> None:
         """Iterate the discrete states until they rest."""
-        for _ in range(ITERATIONS):
-            self.fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
+        for _ in range(EVENT_ITERATIONS):
+            self._fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
             again, terminate, *_ = self._fmu.updateDiscreteStates()
             if terminate:
                 raise EventError(f"it asked for the end of the simulation at {t:g} s")
@@ -82,13 +105,22 @@ class EventMode:
             if not again:
                 break
         else:
-            raise EventError(f"its discrete states do not come to rest at {t:g} s ({ITERATIONS} iterations)")
+            raise EventError(f"its discrete states do not come to rest at {t:g} s ({EVENT_ITERATIONS} iterations)")
         for clock in self._time_based:
             if clock.interval_variability in {"tunable", "changing", "countdown"}:
                 self._ask(clock, t)
 
-    def step(self, do_step: Callable[[float, float], tuple[int, bool, bool, float]], t: float, h: float) -> object:
-        """Lead from `t` to `t + h`; `do_step` gives status, event needed, terminate, and the time reached."""
+    def step(self, do_step: Callable[[float, float], StepResult], t: float, h: float) -> object:
+        """Lead from `t` to `t + h` [s] and handle all instants in between.
+
+        Args:
+            do_step: calls the FMU's step function for a time and a length [s].
+            t: the present communication point.
+            h: the communication step.
+
+        Returns:
+            0, or the FMI status of the step that failed.
+        """
         now, end = t, t + h
         while now < end - _tolerance(end):
             if self._in_event_mode:
@@ -96,18 +128,23 @@ class EventMode:
                 self._in_event_mode = False
             due = min(self._next.values(), default=end)
             target = due if now + _tolerance(due) < due < end - _tolerance(end) else end
-            status, event, terminate, reached = do_step(now, target - now)
+            status, interrupted, terminate, reached = do_step(now, target - now)
             if status > FMI_WARNING:
                 return status
             if terminate:
                 raise EventError(f"it asked for the end of the simulation at {reached:g} s")
-            if not event and reached <= now:
+            if not interrupted and reached <= now:
                 raise EventError(f"it returned early from its step without having moved, at {now:g} s")
             now = reached if reached < target - _tolerance(target) else target
             if now < end - _tolerance(end):
                 self._enter(now, set())  # what others trigger waits for the communication point
                 self.update(now)
         return 0
+
+    def take_fired(self) -> set[str]:
+        """The output clocks that have ticked since this was called last, by name."""
+        fired, self._fired = self._fired, set()
+        return fired
 
     def trigger(self, clock: str) -> None:
         """Make a triggered input clock tick when the unit is activated next."""
@@ -159,10 +196,6 @@ class EventMode:
         references, shifts = (fmi3ValueReference * 1)(clock.reference), (fmi3Float64 * 1)()
         self._fmu.getShiftDecimal(references, shifts)
         return float(shifts[0])
-
-
-class EventError(RuntimeError):
-    """An FMU that cannot go on at an instant."""
 
 
 def _tolerance(t: float) -> float:

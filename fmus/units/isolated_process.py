@@ -1,167 +1,112 @@
-"""The other side of `IsolatedUnit`: one FMU in a process of its own, which does what it is asked, one thing at a time.
-
-Numbers lie in memory that both processes see; requests and answers go through a pipe, and with them texts and bytes.
-"""
+"""The process of an `IsolatedUnit`: one FMU, which does what it is asked, one call at a time."""
 
 from __future__ import annotations
 
 import itertools
-import mmap
 import pickle
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
+from typing_extensions import override
 
-from components.interfaces.problem import Problem, RequestError
-from components.interfaces.quantity import DTYPES, Type, zeros
+from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Type
 from fmus.reading.opening import open_fmu
-from fmus.unit_interface import Interface
+from fmus.toolchain.child_process import ParentProcess
+from fmus.units.capabilities import StateCapability
+from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
 from fmus.units.make import fmu_unit
-from fmus.units.unit import FMI_WARNING, Column, Unit, UnitError, carry_out, widths
-
-ALIGNMENT = 8
+from fmus.units.unit import FMI_WARNING, Column, Unit, UnitError, carry_out
 
 
-@dataclass(frozen=True)
-class Request:
-    """One call of a method of the unit."""
-
-    method: str
-    arguments: tuple[Any, ...] = ()
-    take: bool = False
-    """Whether the inputs have changed and are to be taken in first"""
-    show: bool = False
-    """Whether the outputs are to be shown after it"""
-    texts: list[list[Any]] = field(default_factory=list[list[Any]])
-    """The inputs that are texts or bytes, type by type"""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What came of it."""
-
-    value: Any = None
-    messages: tuple[str, ...] = ()
-    texts: list[list[Any]] = field(default_factory=list[list[Any]])
-    problems: tuple[Problem, ...] = ()
-    """Those of a wrong request"""
-    fault: tuple[str, tuple[str, ...]] | None = None
-    """The action and the words of a `UnitError`"""
-
-
-def size(interface: Interface) -> int:
-    """Bytes of memory that both sides see."""
-    return ALIGNMENT + sum(_bytes(k, n) for role in _roles(interface) for k, n in role.items() if k.is_number)
-
-
-def columns(interface: Interface, memory: mmap.mmap) -> list[dict[Type, Column]]:
-    """The columns of all inputs and of all outputs; numbers lie in `memory`."""
-    found: list[dict[Type, Column]] = []
-    at = 0
-    for role in _roles(interface):
-        found.append({})
-        for kind, n in role.items():
-            if kind.is_number:
-                found[-1][kind] = np.frombuffer(memory, DTYPES[kind], n, at)
-                at += _bytes(kind, n)
+def main() -> None:
+    """Answer requests until the unit is closed, or nobody asks any more."""
+    parent = ParentProcess()
+    host: _Host | None = None
+    while True:
+        try:
+            request: Instantiation | UnitCall = pickle.load(parent.requests)  # noqa: S301 - from our own process
+        except (EOFError, pickle.UnpicklingError):
+            return
+        try:
+            if isinstance(request, Instantiation):
+                host, reply = _Host(request), UnitReply()
             else:
-                found[-1][kind] = zeros(kind, n)
-    return found
-
-
-def texts(role: Mapping[Type, Column]) -> list[list[Any]]:
-    """The values of a role that are no numbers."""
-    return [column.tolist() for kind, column in role.items() if not kind.is_number]
-
-
-def put_texts(role: Mapping[Type, Column], values: list[list[Any]]) -> None:
-    """The opposite of `texts`."""
-    for column, found in zip([c for kind, c in role.items() if not kind.is_number], values, strict=False):
-        column[:] = found
-
-
-def _roles(interface: Interface) -> list[dict[Type, int]]:
-    return [widths(interface.inputs), widths(interface.outputs)]
-
-
-def _bytes(kind: Type, n: int) -> int:
-    return -(-n * np.dtype(DTYPES[kind]).itemsize // ALIGNMENT) * ALIGNMENT
+                reply = UnitReply() if host is None else host.carry_out(request)
+        except RequestError as error:
+            reply = UnitReply(problems=error.problems)
+        except UnitError as error:
+            reply = UnitReply(fault=(error.action, error.said))
+        parent.answer(reply)
+        if isinstance(request, UnitCall) and request.method == "close":
+            return
 
 
 class _Host:
-    """The unit, and what has been saved of it."""
+    """The unit, its columns, and the methods that may be called."""
 
-    def __init__(self, pipe: Connection, descriptor: int) -> None:
-        self._pipe = pipe
-        self._descriptor = descriptor
-        self._unit: Unit | None = None
-        self._saved: dict[int, Any] = {}
-        self._tokens = itertools.count(1)
-        self._inputs: dict[Type, Column] = {}
-        self._outputs: dict[Type, Column] = {}
+    def __init__(self, request: Instantiation) -> None:
+        archive = open_fmu(request.path, request.parameters, lenient=request.lenient)
+        self._unit = fmu_unit(request.name, archive)
+        self._inputs, self._outputs = map_columns(archive.interface, request.memory)
+        self._methods = _methods(self._unit, self._inputs, self._outputs)
 
-    def serve(self) -> None:
-        """Answer until the unit is closed, or nobody asks any more."""
-        while True:
-            try:
-                request: Request = pickle.loads(self._pipe.recv_bytes())  # noqa: S301 - from our own process
-            except EOFError:
-                return
-            try:
-                answer = self._answered(request)
-            except RequestError as error:
-                answer = Answer(problems=error.problems)
-            except UnitError as error:
-                answer = Answer(fault=(error.action, error.said))
-            self._pipe.send_bytes(pickle.dumps(answer))
-            if request.method == "close":
-                return
-
-    def _answered(self, request: Request) -> Answer:
-        if self._unit is None:
-            if request.method == "instantiate":
-                self._instantiate(*request.arguments)
-            return Answer()
+    def carry_out(self, call: UnitCall) -> UnitReply:
+        """Call a method of the unit. Raises `UnitError` and `RequestError` as the method does."""
         unit = self._unit
-        put_texts(self._inputs, request.texts)
-        status = carry_out(unit.setters()) if request.take else 0
-        value = None if status > FMI_WARNING else self._called(unit, request)
-        if request.show and status <= FMI_WARNING:
+        put_texts(self._inputs, call.texts)
+        status = carry_out(unit.setters()) if call.set_first else 0
+        value = None if status > FMI_WARNING else self._methods[call.method](*call.arguments)
+        if call.get_after and status <= FMI_WARNING:
             status = carry_out(unit.getters())
         if status > FMI_WARNING and not value:
             value = status
         messages = tuple(unit.messages)
         unit.messages.clear()
-        return Answer(value, messages, texts(self._outputs))
-
-    def _instantiate(self, name: str, path: Path, parameters: Mapping[str, Any], lenient: bool) -> None:  # noqa: FBT001
-        self._unit = fmu_unit(name, open_fmu(path, parameters, lenient=lenient))
-        interface = self._unit.interface
-        memory = mmap.mmap(self._descriptor, size(interface))
-        self._inputs, self._outputs = columns(interface, memory)
-
-    def _called(self, unit: Unit, request: Request) -> Any:
-        if request.method == "bind":
-            unit.bind(self._inputs, self._outputs)
-            return None
-        if request.method == "save":
-            token = next(self._tokens)
-            self._saved[token] = unit.save()
-            return token
-        if request.method == "restore":
-            return unit.restore(self._saved[request.arguments[0]])
-        if request.method == "forget":
-            return unit.forget(self._saved.pop(request.arguments[0]))
-        if request.method == "get":  # all that is wanted is what is shown
-            return None
-        call: Callable[..., Any] = getattr(unit, request.method)
-        return call(*request.arguments)
+        return UnitReply(value, messages, texts(self._outputs))
 
 
-def serve(pipe: int, descriptor: int) -> None:
-    """Answer what comes through the pipe until the unit is closed."""
-    _Host(Connection(pipe), descriptor).serve()
+def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]) -> dict[str, Callable[..., Any]]:
+    """What can be asked of a unit, by the names that messages use."""
+    methods: dict[str, Callable[..., Any]] = {
+        "bind": lambda: unit.bind(inputs, outputs),
+        "enter_initialization": unit.enter_initialization,
+        "exit_initialization": unit.exit_initialization,
+        "step": unit.step,
+        "get": lambda: None,  # all that is wanted are the outputs
+        "close": unit.close,
+    }
+    if (events := unit.events) is not None:
+        methods |= {"use_events": events.use, "activate": events.activate, "update": events.update}
+        methods |= {"fired": events.fired, "trigger": events.trigger}
+    if unit.state is not None:
+        saved = _SavedStates(unit.state)
+        methods |= {"save": saved.save, "restore": saved.restore, "forget": saved.forget}
+    return methods
+
+
+class _SavedStates(StateCapability):
+    """States that stay in this process; the other one is given a number for each."""
+
+    def __init__(self, state: StateCapability) -> None:
+        self._state = state
+        self._saved: dict[int, Any] = {}
+        self._numbers = itertools.count(1)
+
+    @override
+    def save(self) -> Any:
+        number = next(self._numbers)
+        self._saved[number] = self._state.save()
+        return number
+
+    @override
+    def restore(self, state: Any) -> None:
+        self._state.restore(self._saved[state])
+
+    @override
+    def forget(self, state: Any) -> None:
+        self._state.forget(self._saved.pop(state))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,38 +1,47 @@
-"""An FMU in a process of its own: one that dies or hangs ends the run with a message, and takes nothing along.
+"""An FMU in a process of its own: one that dies or hangs ends the run with a message, and nothing else with it.
 
-It costs a start of a process, and one exchange per macro step; outputs that are shown without a step are another one.
+It costs the start of a process, and one exchange of messages per macro step; outputs that are shown without a step cost
+another one.
 """
 
 from __future__ import annotations
 
-import mmap
-import pickle
-import select
-import signal
-import subprocess
-import sys
 import tempfile
-from collections.abc import Mapping
-from multiprocessing import Pipe
-from os import environ
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Final
 
 from typing_extensions import override
 
 from components.interfaces.problem import raise_if_any
-from components.interfaces.quantity import Type
 from fmus.reading.archive import Archive
-from fmus.units.isolated_process import Answer, Request, columns, put_texts, size, texts
-from fmus.units.unit import Column, Operation, Unit, UnitError
+from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death
+from fmus.units.capabilities import EventCapability, StateCapability
+from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
+from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 PATIENCE: Final = 30.0
 """[s] that a call may take unless something else is said"""
 _STARTING: Final = 60.0
 """[s] that the start of the process and of the FMU may take"""
+_CLOSING: Final = 5.0
+"""[s] that the FMU, and then its process, may take to end"""
 
 
 class IsolatedUnit(Unit):
-    """The FMU in `archive`, in another process; a call that takes more than `patience` seconds ends it."""
+    """An FMU in another process.
+
+    Args:
+        name: name of the unit.
+        archive: the FMU file.
+        parameters: the values that decide the lengths of arrays, and any others.
+        lenient: whether broken rules of FMI are overlooked that do not keep the FMU from running.
+        patience: the time that a call may take [s]; a call that takes longer ends the process.
+
+    Raises:
+        RequestError: the FMU cannot be instantiated.
+        UnitError: its process died or hung meanwhile.
+    """
 
     def __init__(
         self,
@@ -45,82 +54,64 @@ class IsolatedUnit(Unit):
     ) -> None:
         super().__init__(name, archive.interface)
         self._patience = patience
-        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_")  # what it unpacks goes with it, however it ends
-        with tempfile.TemporaryFile() as file:
-            file.truncate(size(archive.interface))
-            self._memory = mmap.mmap(file.fileno(), size(archive.interface))
-            self._pipe, theirs = Pipe()
-            handed = (theirs.fileno(), file.fileno())
-            # a session of its own: Ctrl-C is for the run; what the FMU prints is not what the run prints
-            self._process = subprocess.Popen(  # noqa: S603 - our own interpreter
-                [sys.executable, "-c", f"from fmus.units.isolated_process import serve; serve{handed}"],
-                pass_fds=handed,
-                stdin=subprocess.DEVNULL,
-                stdout=sys.__stderr__,
-                env={**environ, "TMPDIR": self._folder.name},
-                start_new_session=True,
-            )
-            theirs.close()
-        self._poll = select.poll()
-        self._poll.register(self._pipe.fileno(), select.POLLIN)
-        self._theirs = columns(archive.interface, self._memory)
-        self._mine: list[Mapping[Type, Column]] = [{}, {}]
-        self._taken, self._shown = True, False
+        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_")  # what the child unpacks lies in it, too
+        memory = Path(self._folder.name, "columns")
+        self._their_inputs, self._their_outputs = map_columns(archive.interface, memory)
+        self._inputs: TypedColumns = {}
+        self._outputs: TypedColumns = {}
+        self._bound = self._closed = False
+        self._inputs_sent, self._outputs_current = True, False
+        self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": self._folder.name})
         try:
-            self._ask(Request("instantiate", (name, archive.path, dict(parameters), lenient)), _STARTING)
+            request = Instantiation(name, archive.path, dict(parameters), lenient, memory)
+            self._exchange("instantiate", request, _STARTING)
         except BaseException:
             self.close()
             raise
+        self.events = _IsolatedEvents(self._call) if archive.interface.event_mode else None
+        self.state = _IsolatedState(self._call) if archive.interface.rolls_back else None
 
-    def _ask(self, request: Request, patience: float | None = None) -> Any:
+    def _exchange(self, method: str, request: Instantiation | UnitCall, patience: float) -> Any:
         """Send a request and wait for what came of it. Raises `UnitError` and `RequestError` as the FMU does."""
-        limit = self._patience if patience is None else patience
         try:
-            self._pipe.send_bytes(pickle.dumps(request))
-            if not self._poll.poll(limit * 1000):
-                self._process.kill()
-                found = f"no answer to `{request.method}` within {limit:g} s; its process has been ended"
-                raise UnitError(self.name, found, self.messages)
-            answer: Answer = pickle.loads(self._pipe.recv_bytes())  # noqa: S301 - from a process of ours
-        except (EOFError, OSError) as error:
-            found = f"its process died in `{request.method}` ({self._death()})"
-            raise UnitError(self.name, found, self.messages) from error
-        self.messages.extend(answer.messages)
-        raise_if_any(answer.problems)
-        if answer.fault is not None:
-            raise UnitError(self.name, *answer.fault)
-        put_texts(self._theirs[1], answer.texts)
-        return answer.value
-
-    def _death(self) -> str:
-        try:
-            code = self._process.wait(5)
-        except subprocess.TimeoutExpired:
-            return "it closed the pipe"
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            reply: UnitReply = self._child.ask(request, patience)
+        except ChildSilentError as silence:
+            action = f"no answer to `{method}` within {silence.within:g} s; its process has been ended"
+            raise UnitError(self.name, action, self.messages) from silence
+        except ChildDiedError as error:
+            action = f"its process died in `{method}` ({_in_words(error.death)})"
+            raise UnitError(self.name, action, self.messages) from error
+        self.messages.extend(reply.messages)
+        raise_if_any(reply.problems)
+        if reply.fault is not None:
+            raise UnitError(self.name, *reply.fault)
+        put_texts(self._their_outputs, reply.texts)
+        return reply.value
 
     def _call(self, method: str, *arguments: Any, show: bool = False) -> Any:
-        taken, self._taken = self._taken, True
-        self._shown = show
-        return self._ask(Request(method, arguments, not taken, show, [] if taken else texts(self._theirs[0])))
+        """Call a method of the FMU's unit, which is given the inputs first if they have changed."""
+        sent, self._inputs_sent = self._inputs_sent, True
+        self._outputs_current = show
+        call = UnitCall(method, arguments, not sent, show, [] if sent else texts(self._their_inputs))
+        return self._exchange(method, call, self._patience)
 
     @override
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
-        first = not self._mine[0] and not self._mine[1]
-        self._mine = [inputs, outputs]
-        if first:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+        self._inputs, self._outputs = inputs, outputs
+        if not self._bound:  # the child's unit keeps the shared columns whatever this one is bound to
+            self._bound = True
             self._call("bind")
 
     def _take(self) -> object:
-        for kind, column in self._mine[0].items():
-            self._theirs[0][kind][:] = column
-        self._taken = self._shown = False
+        for kind, column in self._inputs.items():
+            self._their_inputs[kind][:] = column
+        self._inputs_sent = self._outputs_current = False
         return 0
 
     def _show(self) -> object:
-        status = 0 if self._shown else self._call("get", show=True)
-        for kind, column in self._mine[1].items():
-            column[:] = self._theirs[1][kind]
+        status = 0 if self._outputs_current else self._call("get", show=True)
+        for kind, column in self._outputs.items():
+            column[:] = self._their_outputs[kind]
         return status or 0
 
     @override
@@ -145,7 +136,29 @@ class IsolatedUnit(Unit):
         return self._call("step", t, h, show=True)
 
     @override
-    def use_events(self, h: float) -> None:
+    def close(self) -> None:
+        if self._closed:
+            return
+        self._closed = True
+        if self._child.is_alive:
+            try:
+                self._exchange("close", UnitCall("close"), _CLOSING)
+            except UnitError:
+                self._child.kill()
+            if self._child.death(_CLOSING) is None:
+                self._child.kill()
+        self._child.close()
+        self._folder.cleanup()
+
+
+class _IsolatedEvents(EventCapability):
+    """Event Mode of the FMU in the other process, by calls of its methods there."""
+
+    def __init__(self, call: Callable[..., Any]) -> None:
+        self._call = call
+
+    @override
+    def use(self, h: float) -> None:
         self._call("use_events", h)
 
     @override
@@ -164,6 +177,13 @@ class IsolatedUnit(Unit):
     def trigger(self, clock: str) -> None:
         self._call("trigger", clock)
 
+
+class _IsolatedState(StateCapability):
+    """The state of the FMU in the other process, which keeps all that is saved."""
+
+    def __init__(self, call: Callable[..., Any]) -> None:
+        self._call = call
+
     @override
     def save(self) -> Any:
         return self._call("save")
@@ -176,16 +196,8 @@ class IsolatedUnit(Unit):
     def forget(self, state: Any) -> None:
         self._call("forget", state)
 
-    @override
-    def close(self) -> None:
-        if self._pipe.closed:
-            return
-        if self._process.poll() is None:
-            try:
-                self._ask(Request("close"), 5.0)
-                self._process.wait(5)
-            except (UnitError, subprocess.TimeoutExpired):
-                self._process.kill()
-        self._process.wait()
-        self._pipe.close()
-        self._folder.cleanup()
+
+def _in_words(death: Death | None) -> str:
+    if death is None:
+        return "it closed the pipe"
+    return death.signal.name if death.signal else f"exit code {death.code}"

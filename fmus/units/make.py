@@ -19,9 +19,9 @@ def fmu_unit(name: str, archive: Archive) -> FmuUnit:
         RequestError: the library of the FMU cannot be used.
     """
     if archive.is_model_exchange:
-        from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads the solver's libraries
+        from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads SUNDIALS
 
-        return (Model2Unit if archive.version == Version.FMI2 else Model3Unit)(name, archive)
-    if archive.version == Version.FMI2:
-        return Fmu2Unit(name, archive)
-    return (ClockedUnit if archive.interface.event_mode else Fmu3Unit)(name, archive)
+        return {Version.FMI2: Model2Unit, Version.FMI3: Model3Unit}[archive.version](name, archive)
+    if archive.interface.event_mode:
+        return ClockedUnit(name, archive)
+    return {Version.FMI2: Fmu2Unit, Version.FMI3: Fmu3Unit}[archive.version](name, archive)

@@ -1,6 +1,6 @@
 """A foreign unit behind the interface of a socket: values are translated on their way in and out.
 
-The foreign unit has memory of its own. All links between two types of values are one gather, one multiplication and
+The foreign unit has columns of its own. All links between two types of values are one gather, one multiplication and
 one scatter on arrays that are prepared once; conventions (reference point, slip angle) act on a bus as a whole.
 """
 
@@ -17,15 +17,21 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.quantity import Type, zeros
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
-from fmus.units.adaptation import Adaptation, Link, Place, RateInput
+from fmus.units.adaptation import Adaptation, Link, RateInput, VariableElement
+from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
-from fmus.units.unit import FMI_WARNING, Column, Operation, Unit, carry_out, positions, views, widths
-
-Columns = Mapping[Type, Column]
+from fmus.units.unit import FMI_WARNING, Column, Operation, TypedColumns, Unit, carry_out, positions, views, widths
 
 
 class MappedUnit(Unit):
-    """`inner` with the interface of a socket, by way of `adaptation`."""
+    """A foreign unit with the interface of a socket.
+
+    Args:
+        name: name of the unit.
+        interface: the interface of the socket, as far as the foreign unit serves it.
+        inner: the foreign unit.
+        adaptation: how its variables stand for the signals of the socket.
+    """
 
     def __init__(self, name: str, interface: Interface, inner: Unit, adaptation: Adaptation) -> None:
         super().__init__(name, interface)
@@ -42,34 +48,45 @@ class MappedUnit(Unit):
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
         self._rates = [_Rate(rate) for rate in adaptation.rates]
-        self._integrals: list[_Integral] = [_Integral() for _ in adaptation.integrated]
+        self._integrals = [_Integral() for _ in adaptation.integrated]
+        if interface.event_mode:
+            self.events = inner.events
+        if inner.state is not None:
+            self.state = _MappedState(inner.state, self._rates, self._integrals)
 
     @override
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
         self._inner.bind(self._u, self._y)
-        mine, theirs, a = self.interface, self._inner.interface, self._adaptation
-        read = inputs
-        turned = _turns(mine.inputs, a.conventions)
-        into: list[Operation] = []
-        if turned:
-            read = {kind: column.copy() for kind, column in inputs.items()}
-            into += [_copy(inputs[kind], read[kind]) for kind in inputs]
-            buses = _by_bus(views(mine.inputs, read))
-            into += [_applied(c.theirs, buses[bus]) for bus, cs in turned.items() for c in reversed(cs)]
-        into += _moves(a.inputs, (mine.inputs, read), (theirs.inputs, self._u), back=True)
-        self._setters = [*into, *self._inner.setters()]
-        sizes = {v.name: v.size for v in theirs.outputs}
-        own = [Link(name, tuple((name, i) for i in range(sizes[name]))) for name in a.passed_on]
-        outof = _moves((*a.outputs, *own), (theirs.outputs, self._y), (mine.outputs, outputs))
-        shown = views(mine.outputs, outputs)
-        outof += _constants(a.constants, shown)
-        for name, integral in zip(a.integrated, self._integrals, strict=True):
-            outof.append(integral.shown_in(shown[name]))
-        buses = _by_bus(shown)
-        outof += [_applied(c.ours, buses[bus]) for bus, cs in _turns(mine.outputs, a.conventions).items() for c in cs]
-        self._getters = [*self._inner.getters(), *outof]
+        self._setters = [*self._from_ours(inputs), *self._inner.setters()]
+        self._getters = [*self._inner.getters(), *self._to_ours(outputs)]
+        ours, theirs = self.interface, self._inner.interface
         for rate in self._rates:
-            rate.bind(views(mine.inputs, inputs), views(theirs.inputs, self._u), views(theirs.outputs, self._y))
+            rate.bind(views(ours.inputs, inputs), views(theirs.inputs, self._u), views(theirs.outputs, self._y))
+
+    def _from_ours(self, inputs: TypedColumns) -> list[Operation]:
+        """The calls that translate our inputs to theirs; conventions are applied to a copy."""
+        ours, theirs = self.interface.inputs, self._inner.interface.inputs
+        source = inputs
+        calls: list[Operation] = []
+        if conventions := _of_present_buses(self._adaptation.conventions, ours):
+            source = {kind: column.copy() for kind, column in inputs.items()}
+            calls += [_copy(inputs[kind], source[kind]) for kind in inputs]
+            buses = _by_bus(views(ours, source))
+            calls += [_applied(c.theirs, buses[bus]) for bus, cs in conventions.items() for c in reversed(cs)]
+        return calls + _moves(self._adaptation.inputs, (ours, source), (theirs, self._u), back=True)
+
+    def _to_ours(self, outputs: TypedColumns) -> list[Operation]:
+        """The calls that translate their outputs to ours, and add what they do not show."""
+        ours, theirs, a = self.interface.outputs, self._inner.interface.outputs, self._adaptation
+        sizes = {v.name: v.size for v in theirs}
+        own = [Link(name, tuple((name, i) for i in range(sizes[name]))) for name in a.passed_on]
+        calls = _moves((*a.outputs, *own), (theirs, self._y), (ours, outputs))
+        slots = views(ours, outputs)
+        calls += _constants(a.constants, slots)
+        for name, integral in zip(a.integrated, self._integrals, strict=True):
+            calls.append(integral.shown_in(slots[name]))
+        buses, conventions = _by_bus(slots), _of_present_buses(a.conventions, ours)
+        return calls + [_applied(c.ours, buses[bus]) for bus, cs in conventions.items() for c in cs]
 
     @override
     def setters(self) -> list[Operation]:
@@ -99,24 +116,15 @@ class MappedUnit(Unit):
         self._inner.exit_initialization()
 
     @override
-    def use_events(self, h: float) -> None:
-        self._inner.use_events(h)
+    def close(self) -> None:
+        self._inner.close()
 
-    @override
-    def activate(self, t: float, h: float) -> object:
-        return self._inner.activate(t, h)
 
-    @override
-    def update(self, t: float, h: float) -> object:
-        return self._inner.update(t, h)
+class _MappedState(StateCapability):
+    """The state of the foreign unit, with that of the rates and integrals around it."""
 
-    @override
-    def fired(self) -> set[str]:
-        return self._inner.fired()
-
-    @override
-    def trigger(self, clock: str) -> None:
-        self._inner.trigger(clock)
+    def __init__(self, inner: StateCapability, rates: Sequence[_Rate], integrals: Sequence[_Integral]) -> None:
+        self._inner, self._rates, self._integrals = inner, rates, integrals
 
     @override
     def save(self) -> Any:
@@ -136,10 +144,6 @@ class MappedUnit(Unit):
     def forget(self, state: Any) -> None:
         self._inner.forget(state[0])
 
-    @override
-    def close(self) -> None:
-        self._inner.close()
-
 
 class _Rate:
     """The rate that leads to a signal of ours by the end of the step."""
@@ -147,7 +151,7 @@ class _Rate:
     def __init__(self, declared: RateInput) -> None:
         self._declared = declared
         self.kept = 0.0
-        """Where the signal has come to, as the adapter reckons"""
+        """The present value of the signal, as far as the adapter can compute it"""
 
     def bind(self, ours: Mapping[str, Column], inputs: Mapping[str, Column], outputs: Mapping[str, Column]) -> None:
         rate, present = self._declared.rate, self._declared.present
@@ -181,24 +185,24 @@ class _Integral:
         return show
 
 
-def _turns(
-    variables: Sequence[Variable], conventions: Mapping[str, tuple[Convention, ...]]
+def _of_present_buses(
+    conventions: Mapping[str, tuple[Convention, ...]], variables: Sequence[Variable]
 ) -> dict[str, tuple[Convention, ...]]:
     """The conventions of the buses that are among the variables."""
     present = {v.name.partition(".")[0] for v in variables}
-    return {bus: found for bus, found in conventions.items() if bus in present}
+    return {bus: those for bus, those in conventions.items() if bus in present}
 
 
 def _by_bus(slots: Mapping[str, Column]) -> dict[str, Views]:
     """By bus, its signals as views."""
-    found: dict[str, dict[str, Column]] = {}
+    buses: dict[str, dict[str, Column]] = {}
     for name, slot in slots.items():
         bus, _, leaf = name.partition(".")
-        found.setdefault(bus, {})[leaf] = slot
-    return dict(found)
+        buses.setdefault(bus, {})[leaf] = slot
+    return dict(buses)
 
 
-def _element(slots: Mapping[str, Column], place: Place) -> Column:
+def _element(slots: Mapping[str, Column], place: VariableElement) -> Column:
     name, element = place
     return slots[name][element : element + 1]
 
@@ -221,8 +225,8 @@ def _constants(values: Mapping[str, Any], slots: Mapping[str, Column]) -> list[O
 
 def _moves(
     links: Iterable[Link],
-    source: tuple[Sequence[Variable], Columns],
-    target: tuple[Sequence[Variable], Columns],
+    source: tuple[Sequence[Variable], TypedColumns],
+    target: tuple[Sequence[Variable], TypedColumns],
     *,
     back: bool = False,
 ) -> list[Operation]:

@@ -1,40 +1,40 @@
 """Model Exchange FMUs as units: integrated by CVODE from one communication point to the next, with all their events.
 
 Inputs are held over a macro step and jump at communication points. An input that has changed is an event: it is set in
-Event Mode, the discrete states are iterated, and the solver starts anew. So are state events (event indicators), time
-events, and step events (`completedIntegratorStep`). Outputs follow the inputs at one instant, without a step between.
+Event Mode, the discrete states are iterated, and the integrator is reset. State events (event indicators), time events
+and step events (`completedIntegratorStep`) are handled alike. Outputs follow the inputs at one instant, without a step.
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import abstractmethod
 from typing import Any, Final
 
 from typing_extensions import override
 
-from components.interfaces.quantity import Type
 from fmus.reading.archive import Archive
-from fmus.toolchain.fmpy_library import FMICallException, FMU2Model, FMU3Model
+from fmus.toolchain.fmpy_library import FMICallException
+from fmus.units.cvode_integrator import CvodeIntegrator, IntegrationError
 from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
-from fmus.units.solver import Solver, SolverError
-from fmus.units.unit import Column, UnitError, carry_out
+from fmus.units.unit import Column, TypedColumns, UnitError, carry_out
 
-TOLERANCE: Final = 1e-8
-"""Relative tolerance where the FMU names none; what it names counts if it is no larger than `LOOSEST`."""
-LOOSEST: Final = 1e-6
+RELATIVE_TOLERANCE: Final = 1e-8
+"""Relative tolerance where the FMU declares none"""
+LOOSEST_TOLERANCE: Final = 1e-6
+"""The largest relative tolerance, whatever the FMU declares"""
 MOST_EVENTS: Final = 1000
-"""Events in one macro step, and iterations of one event; models that need more never come to an end."""
+"""The most events in one macro step, and iterations of one event; a model that needs more is taken for endless."""
 _SAME_TIME: Final = 1e-12
 
 
 class ModelExchangeUnit(FmuUnit):
-    """What Model Exchange units of both versions share; the solver sees it as its `Model`."""
+    """What the Model Exchange units of both versions share; for the integrator, a unit is its `ContinuousModel`."""
 
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive)
-        self._solver: Solver | None = None
+        self._integrator: CvodeIntegrator | None = None
         self._time = 0.0
         self._next_event: float | None = None
         self._running = False
@@ -44,23 +44,30 @@ class ModelExchangeUnit(FmuUnit):
         self.n_states = 0
         self.n_indicators = 0
         experiment = archive.description.defaultExperiment
-        declared = float(experiment.tolerance) if experiment is not None and experiment.tolerance else TOLERANCE
-        self._tolerance = min(declared, LOOSEST) if declared > 0 else TOLERANCE
+        declared = (
+            float(experiment.tolerance) if experiment is not None and experiment.tolerance else RELATIVE_TOLERANCE
+        )
+        self._tolerance = min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE
 
     @override
     def _prepare_step(self) -> None:
-        """Nothing: the solver steps."""
+        """Nothing: the integrator steps."""
 
+    @override
+    def _fmpy_class(self) -> type[Any]:
+        return self.api.model_exchange
+
+    @abstractmethod
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
-        raise NotImplementedError
+        """Update the discrete states once; what FMI's function of this name returns."""
 
+    @abstractmethod
     def get_derivatives(self, dx: Any, n: int) -> None:
         """Evaluate the derivatives of the continuous states."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _count(self) -> tuple[int, int]:
         """How many continuous states and event indicators there are."""
-        raise NotImplementedError
 
     def get_states(self, x: Any, n: int) -> None:
         """Read the continuous states."""
@@ -84,7 +91,7 @@ class ModelExchangeUnit(FmuUnit):
         self._fmu.setTime(t)
 
     @override
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
         super().bind(inputs, outputs)
         self._inputs = list(inputs.values())
         self._movers, self._readers = self._setters, self._getters
@@ -116,7 +123,7 @@ class ModelExchangeUnit(FmuUnit):
         self._iterate()
         self._fmu.enterContinuousTimeMode()
         self.n_states, self.n_indicators = self._count()
-        self._solver = Solver(self, self._time, self._tolerance)
+        self._integrator = CvodeIntegrator(self, self._time, self._tolerance)
         self._running = True
 
     def _settle(self) -> None:
@@ -128,8 +135,8 @@ class ModelExchangeUnit(FmuUnit):
     def _end_event(self) -> None:
         self._iterate()
         self._fmu.enterContinuousTimeMode()
-        if self._solver is not None:
-            self._solver.reset(self._time)
+        if self._integrator is not None:
+            self._integrator.reset(self._time)
 
     def _iterate(self) -> None:
         """Iterate the discrete states until they stay."""
@@ -140,8 +147,8 @@ class ModelExchangeUnit(FmuUnit):
             if not again:
                 self._next_event = following if defined else None
                 return
-        found = f"the event at {self._time:g} s does not settle in {MOST_EVENTS} iterations"
-        raise UnitError(self.name, found, self.messages)
+        action = f"the event at {self._time:g} s does not settle in {MOST_EVENTS} iterations"
+        raise UnitError(self.name, action, self.messages)
 
     @override
     def step(self, t: float, h: float) -> object:
@@ -151,24 +158,24 @@ class ModelExchangeUnit(FmuUnit):
         except FMICallException as error:
             self.messages.append(str(error))
             return error.status
-        except SolverError as error:
+        except IntegrationError as error:
             raise UnitError(self.name, str(error), self.messages) from error
         return 0
 
     def _integrate(self, target: float) -> None:
-        assert self._solver is not None  # noqa: S101 - made when the initialisation ended
+        assert self._integrator is not None  # noqa: S101 - made when the initialisation ended
         events, began = 0, self._time
         while self._before(target) or self._is_due():
             root = False
             if not self._is_due():
                 following = target if self._next_event is None else min(target, self._next_event)
-                self._time, root = self._solver.advance(following)
+                self._time, root = self._integrator.advance(following)
             step_event = self._completed_step()
             if root or step_event or self._is_due():
                 events += 1
                 if events > MOST_EVENTS:
-                    found = f"more than {MOST_EVENTS} events from {began:g} s to {self._time:g} s: they may never end"
-                    raise UnitError(self.name, found, self.messages)
+                    action = f"more than {MOST_EVENTS} events from {began:g} s to {self._time:g} s: they may never end"
+                    raise UnitError(self.name, action, self.messages)
                 self._fmu.enterEventMode()
                 self._end_event()
 
@@ -188,18 +195,14 @@ class ModelExchangeUnit(FmuUnit):
 
     @override
     def close(self) -> None:
-        if self._solver is not None:
-            self._solver.close()
-            self._solver = None
+        if self._integrator is not None:
+            self._integrator.close()
+            self._integrator = None
         super().close()
 
 
 class Model2Unit(ModelExchangeUnit, Fmu2Unit):
     """An FMI 2.0 Model Exchange FMU."""
-
-    @override
-    def _kind(self) -> Any:
-        return FMU2Model
 
     @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
@@ -217,10 +220,6 @@ class Model2Unit(ModelExchangeUnit, Fmu2Unit):
 
 class Model3Unit(ModelExchangeUnit, Fmu3Unit):
     """An FMI 3.0 Model Exchange FMU."""
-
-    @override
-    def _kind(self) -> Any:
-        return FMU3Model
 
     @override
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:

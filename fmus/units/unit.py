@@ -1,7 +1,8 @@
 """Units: running blocks behind one interface, whatever they are made of.
 
-The guaranteed order of calls: `bind`, `enter_initialization`, any of `set` and `get`, `exit_initialization`, then per
-macro step `set`, `step` and `get` in the order of the schedule, and `close` once at the end, whatever happened.
+The guaranteed order of calls: `bind`, `enter_initialization`, any of the setters and getters, `exit_initialization`,
+then per macro step setters, `step` and getters in the order of the schedule, and `close` once at the end, whatever
+happened. What only some units can do is a capability: `fmus.units.capabilities`.
 """
 
 from __future__ import annotations
@@ -15,8 +16,12 @@ from numpy.typing import NDArray
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
+from fmus.units.capabilities import EventCapability, StateCapability
 
 Column: TypeAlias = NDArray[Any]
+"""Values of one type, (n,)"""
+TypedColumns: TypeAlias = Mapping[Type, Column]
+"""A column for each type that occurs"""
 Operation: TypeAlias = Callable[[], object]
 """One call that moves values; it returns a false value, or the FMI status that it met."""
 
@@ -25,30 +30,63 @@ FMI_WARNING: Final = 1
 
 
 class UnitError(RuntimeError):
-    """A unit that could not do what it was asked: which one, what, and what it said about it."""
+    """A unit that could not do what it was asked.
+
+    Args:
+        unit: name of the unit.
+        action: what could not be done.
+        said: what the unit itself said about it, message by message.
+    """
 
     def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
         self.unit = unit
         self.action = action
         self.said = tuple(said)
-        super().__init__(f"{unit}: {action}" + (f": {'; '.join(said)}" if said else ""))
+        super().__init__(f"{unit}: {self.reason}")
+
+    @property
+    def reason(self) -> str:
+        """What could not be done and why, without the name of the unit."""
+        return self.action + (f": {'; '.join(self.said)}" if self.said else "")
 
 
 class Unit(ABC):
-    """A running block. Values pass through the columns it is bound to, one per type, without copies on the way."""
+    """A running block. Values pass through the columns that it is bound to, one per type, without further copies.
+
+    Args:
+        name: the name in the system, for messages.
+        interface: what is known of the unit before it runs.
+    """
 
     def __init__(self, name: str, interface: Interface) -> None:
         self.name = name
         self.interface = interface
         self.messages: list[str] = []
+        """What the unit has said so far, oldest first"""
+        self.events: EventCapability | None = None
+        """Event Mode, of a unit that has it"""
+        self.state: StateCapability | None = None
+        """The way back to saved states, of a unit that has it"""
 
     @abstractmethod
-    def bind(self, inputs: Mapping[Type, Column], outputs: Mapping[Type, Column]) -> None:
-        """The memory that `set` reads and `get` writes, one column per type, in the order of the interface."""
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+        """Use other memory from now on; setters and getters have to be asked for again.
+
+        Args:
+            inputs: the columns that the setters read, variables in the order of the interface.
+            outputs: the columns that the getters write, likewise.
+        """
 
     @abstractmethod
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        """Make the unit ready for start values. Raises `UnitError`."""
+        """Make the unit ready for start values.
+
+        Args:
+            parameters: values by name; the others keep the start values that the unit brings along.
+
+        Raises:
+            UnitError: the unit refuses a value, or cannot be initialised.
+        """
 
     @abstractmethod
     def exit_initialization(self) -> None:
@@ -56,63 +94,38 @@ class Unit(ABC):
 
     @abstractmethod
     def setters(self) -> list[Operation]:
-        """The calls that take in all inputs."""
+        """The calls that give the unit all its inputs, valid until the next `bind`."""
 
     @abstractmethod
     def getters(self) -> list[Operation]:
-        """The calls that show all outputs."""
+        """The calls that fetch all outputs of the unit, valid until the next `bind`."""
 
     @abstractmethod
     def step(self, t: float, h: float) -> object:
-        """Advance from `t` to `t + h`; returns a false value, or the FMI status that it met."""
+        """Advance from `t` to `t + h` [s].
 
-    def use_events(self, h: float) -> None:
-        """Use Event Mode from now on, with macro step `h`; said once, before `bind`. Raises `UnitError`."""
-        raise NotImplementedError
+        Returns:
+            A false value, or the FMI status that was met.
 
-    def activate(self, t: float, h: float) -> object:
-        """Enter Event Mode at `t`, with the clocks that are due or were triggered. Raises `UnitError`."""
-        raise NotImplementedError
-
-    def update(self, t: float, h: float) -> object:
-        """Iterate the discrete states, and end what `activate` began. Raises `UnitError`."""
-        raise NotImplementedError
-
-    def fired(self) -> set[str]:
-        """The output clocks that have ticked since this was asked last."""
-        raise NotImplementedError
-
-    def trigger(self, clock: str) -> None:
-        """Make a triggered input clock tick when the unit is activated next."""
-        raise NotImplementedError
-
-    def save(self) -> Any:
-        """The present state, for `restore`. Raises `UnitError`."""
-        raise NotImplementedError
-
-    def restore(self, state: Any) -> None:
-        """Go back to a state that was saved. Raises `UnitError`."""
-        raise NotImplementedError
-
-    def forget(self, state: Any) -> None:
-        """Release a saved state. Raises `UnitError`."""
-        del state
+        Raises:
+            UnitError: the unit cannot go on, and a status would not say why.
+        """
 
     @abstractmethod
     def close(self) -> None:
-        """Release everything."""
+        """Release everything that the unit holds. No other call may follow."""
 
 
 def by_type(variables: Sequence[Variable]) -> dict[Type, list[Variable]]:
     """Variables grouped by type, in order; types that do not occur are left out."""
-    found: dict[Type, list[Variable]] = {}
+    groups: dict[Type, list[Variable]] = {}
     for variable in variables:
-        found.setdefault(variable.quantity.type, []).append(variable)
-    return found
+        groups.setdefault(variable.quantity.type, []).append(variable)
+    return groups
 
 
 def positions(variables: Sequence[Variable]) -> dict[str, tuple[Type, int]]:
-    """For every variable its type and the place of its first element in the column of that type."""
+    """For every variable its type and the index of its first element in the column of that type."""
     found: dict[str, tuple[Type, int]] = {}
     for kind, group in by_type(variables).items():
         at = 0
@@ -122,14 +135,19 @@ def positions(variables: Sequence[Variable]) -> dict[str, tuple[Type, int]]:
     return found
 
 
-def views(variables: Sequence[Variable], columns: Mapping[Type, Column]) -> dict[str, Column]:
+def views(variables: Sequence[Variable], columns: TypedColumns) -> dict[str, Column]:
     """The elements of every variable, as a view of the column that holds them."""
     sizes = {v.name: v.size for v in variables}
     return {name: columns[kind][at : at + sizes[name]] for name, (kind, at) in positions(variables).items()}
 
 
+def widths(variables: Sequence[Variable]) -> dict[Type, int]:
+    """Number of elements of each type."""
+    return {kind: sum(v.size for v in group) for kind, group in by_type(variables).items()}
+
+
 def carry_out(operations: Iterable[Operation]) -> int:
-    """Carry out operations up to the first that fails; the worst status that they met."""
+    """Carry out operations up to the first that fails, and give the worst status that they met."""
     worst = 0
     for operation in operations:
         status = operation()
@@ -137,8 +155,3 @@ def carry_out(operations: Iterable[Operation]) -> int:
         if worst > FMI_WARNING:
             break
     return worst
-
-
-def widths(variables: Sequence[Variable]) -> dict[Type, int]:
-    """Number of elements of each type."""
-    return {kind: sum(v.size for v in group) for kind, group in by_type(variables).items()}

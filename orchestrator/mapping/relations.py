@@ -14,7 +14,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, Socket, describe
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit
-from fmus.units.adaptation import Link, Place, RateInput
+from fmus.units.adaptation import Link, RateInput, VariableElement
 from fmus.units.conventions import (
     LEFTWARD,
     BoxEnd,
@@ -84,11 +84,11 @@ class Relations:
 
     def places(
         self, key: str, signal: Variable, names: Sequence[str], offered: Sequence[Variable]
-    ) -> tuple[tuple[Place, ...], Quantity] | None:
+    ) -> tuple[tuple[VariableElement, ...], Quantity] | None:
         """The elements that `names` stand for, and what they are."""
         known = {v.name: v for v in offered}
         elements = {e: (v.name, i) for v in offered for i, e in enumerate(v.elements)}
-        found: list[Place] = []
+        found: list[VariableElement] = []
         for name in names:
             if name in known:
                 found += [(name, i) for i in range(known[name].size)]

@@ -13,24 +13,34 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.units.capabilities import StateCapability
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.stepping.schedule import Schedule
-from orchestrator.stepping.signal_table import Table
+from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import System
 
-TOLERANCE: Final = 1e-9
-"""Largest difference between what a unit was given and what the others then show, relative to its size or 1"""
+LOOP_TOLERANCE: Final = 1e-9
+"""Largest difference between what a unit was given and what the others then show, relative to its size, at least 1"""
 
 
-class Loop:
-    """One group of units that need each other's outputs at the same instant."""
+class AlgebraicLoop:
+    """One group of units that need each other's outputs at the same instant.
+
+    Args:
+        system: the whole system.
+        group: names of the units in the loop.
+        schedule: says which of these units show their outputs by stepping.
+        units: all running units by name.
+        table: the signal table that the units are bound to.
+    """
 
     def __init__(
-        self, system: System, group: Sequence[str], schedule: Schedule, units: Mapping[str, Unit], table: Table
+        self, system: System, group: Sequence[str], schedule: Schedule, units: Mapping[str, Unit], table: SignalTable
     ) -> None:
         self._group = tuple(group)
         self._units, self._table = units, table
         self._stepped = [units[name] for name in group if name in schedule.early]
+        self._states = [_state_of(unit) for unit in self._stepped]
         inside = {(c.source, c.output): c for c in system.connections if c.source in group and c.unit in group}
         self._chain = ", ".join(str(wire) for wire in inside.values())
         slots = [table.slots(unit, output, "outputs") for unit, output in inside]
@@ -38,19 +48,27 @@ class Loop:
         self._others = [(table.columns[kind], where) for kind, where in slots if not kind.is_float]
 
     def solve(self, t: float, h: float) -> None:
-        """Find outputs at `t` that agree with each other, and leave all units there. Raises `UnitError`."""
-        states = [unit.save() for unit in self._stepped]
+        """Find outputs at `t` that agree with each other, and leave all units there.
+
+        Args:
+            t: the present instant [s].
+            h: the macro step [s].
+
+        Raises:
+            UnitError: there is no solution near the last one, or a unit failed.
+        """
+        saved = [state.save() for state in self._states]
 
         def evaluate(z: NDArray[np.float64]) -> NDArray[np.float64]:
-            for unit, state in zip(self._stepped, states, strict=True):
-                unit.restore(state)
+            for state, before in zip(self._states, saved, strict=True):
+                state.restore(before)
             return self._evaluate(z, t, h)
 
         try:
             self._solve(evaluate, f"at t = {t:g} s")
         finally:
-            for unit, state in zip(self._stepped, states, strict=True):
-                unit.forget(state)
+            for state, before in zip(self._states, saved, strict=True):
+                state.forget(before)
 
     def settle(self) -> None:
         """The same in Initialization Mode. Raises `UnitError`."""
@@ -66,14 +84,14 @@ class Loop:
         z = self._values()
         shown = evaluate(z)
         if not np.array_equal(shown, z):
-            found: Any = optimize.root(lambda x: evaluate(x) - x, shown, method="hybr", options={"xtol": 1e-13})
-            z = np.asarray(found.x, dtype=float)
+            root: Any = optimize.root(lambda x: evaluate(x) - x, shown, method="hybr", options={"xtol": 1e-13})
+            z = np.asarray(root.x, dtype=float)
             shown = evaluate(z)
         others = [column[where].copy() for column, where in self._others]
         again = evaluate(shown) if self._others else shown
         steady = all(np.array_equal(a, c[where]) for a, (c, where) in zip(others, self._others, strict=True))
         wrong = np.abs(again - z) / np.maximum(1.0, np.abs(z))
-        if not (steady and (wrong <= TOLERANCE).all()):
+        if not (steady and (wrong <= LOOP_TOLERANCE).all()):
             action = f"the algebraic loop {self._chain} has no solution near its last one {when}"
             raise UnitError(", ".join(self._group), action, [f"inputs and outputs differ by {np.nanmax(wrong):.2g}"])
 
@@ -96,6 +114,12 @@ class Loop:
             for function in self._units[name].getters():
                 _checked(self._units[name], function())
         return self._values()
+
+
+def _state_of(unit: Unit) -> StateCapability:
+    if unit.state is None:  # the schedule refuses such loops, by what the unit's interface says
+        raise UnitError(unit.name, "its state could not be saved", unit.messages)
+    return unit.state
 
 
 def _checked(unit: Unit, status: object) -> None:

@@ -7,26 +7,35 @@ from fractions import Fraction
 from math import lcm
 from typing import TypeAlias
 
-from fmus.units.unit import Unit
-from orchestrator.stepping.algebraic_loops import Loop
+from fmus.units.capabilities import EventCapability
+from fmus.units.unit import Unit, UnitError
+from orchestrator.stepping.algebraic_loops import AlgebraicLoop
 from orchestrator.stepping.schedule import Act, Acts, Schedule
-from orchestrator.stepping.signal_table import Table
+from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import Connection, System
 
 Call: TypeAlias = tuple[Callable[..., object], bool, str]
 """A function, whether it is given the time and the step, and the unit it belongs to"""
 
 
-class Lowered:
-    """The calls of every macro step. Units with longer steps act at some ticks only, in a pattern that repeats."""
+class CompiledSchedule:
+    """The calls of every macro step. Units with longer steps act at some ticks only, in a pattern that repeats.
 
-    def __init__(self, system: System, schedule: Schedule, units: Mapping[str, Unit], table: Table) -> None:
+    Args:
+        system: the whole system.
+        schedule: its schedule.
+        units: all running units by name, bound to the table.
+        table: the signal table.
+    """
+
+    def __init__(self, system: System, schedule: Schedule, units: Mapping[str, Unit], table: SignalTable) -> None:
         self._schedule, self._units, self._table = schedule, units, table
         self._steps = {name: system.steps.get(name, Fraction(1)) for name in units}
         self._period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
-        self._loops = {group: Loop(system, group, schedule, units, table) for group in schedule.loops}
+        self._loops = {group: AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops}
         wires = [c for c in system.clock_connections if {c.unit, c.source} <= schedule.events]
-        self._forwards = {name: _forward(name, wires, units) for name in {wire.source for wire in wires}}
+        self._events = {name: events_of(units[name]) for name in schedule.events}
+        self._forwards = {name: _forward(name, wires, self._events) for name in {wire.source for wire in wires}}
         self._before: dict[int, list[Call]] = {}
         self._after: dict[int, list[Call]] = {}
 
@@ -62,9 +71,9 @@ class Lowered:
             if name in self._schedule.events and name in self._forwards:
                 yield self._forwards[name], False, name
         elif act is Act.ACTIVATE:
-            yield unit.activate, True, name
+            yield self._events[name].activate, True, name
         elif act is Act.UPDATE:
-            yield unit.update, True, name
+            yield self._events[name].update, True, name
             if name in self._forwards:
                 yield self._forwards[name], False, name
         elif act is Act.SET:
@@ -76,7 +85,16 @@ class Lowered:
 
 
 def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[float, float], object]:
-    """The step of a unit whose own is `ratio` macro steps; one that `ends` at the next tick began before this one."""
+    """The step of a unit that has a step of its own.
+
+    Args:
+        unit: the unit.
+        ratio: its step in macro steps.
+        ends: whether it ends at the next tick, and so may have begun before the present one.
+
+    Returns:
+        A function of the present instant and the macro step [s], which returns a false value or an FMI status.
+    """
     n, parts = ratio.numerator, ratio.denominator
 
     def several(t: float, h: float) -> object:
@@ -92,12 +110,19 @@ def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[fl
     return several if n > 1 else divided if parts > 1 else unit.step
 
 
-def _forward(source: str, wires: Sequence[Connection], units: Mapping[str, Unit]) -> Callable[[], None]:
-    """Hand on the ticks of a unit's output clocks."""
-    targets = [(wire.output, units[wire.unit], wire.input) for wire in wires if wire.source == source]
+def events_of(unit: Unit) -> EventCapability:
+    """Event Mode of a unit that the schedule runs with it. Raises `UnitError` where there is none."""
+    if unit.events is None:  # the schedule asks the unit's interface, which says the same
+        raise UnitError(unit.name, "could not be instantiated with Event Mode", unit.messages)
+    return unit.events
+
+
+def _forward(source: str, wires: Sequence[Connection], events: Mapping[str, EventCapability]) -> Callable[[], None]:
+    """Pass the ticks of a unit's output clocks on."""
+    targets = [(wire.output, events[wire.unit], wire.input) for wire in wires if wire.source == source]
 
     def forward() -> None:
-        fired = units[source].fired()
+        fired = events[source].fired()
         for clock, target, triggered in targets:
             if clock in fired:
                 target.trigger(triggered)

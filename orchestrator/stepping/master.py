@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from components.interfaces.problem import choices, did_you_mean, refuse
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
-from orchestrator.stepping.lowering import Call, Lowered
-from orchestrator.stepping.rows import Log
+from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
+from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import Table
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, last_tick
+from orchestrator.stepping.signal_table import SignalTable
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, macro_step
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -89,8 +91,8 @@ class Simulation:
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
-        self._table = Table(system)
-        self.log = Log(self._table, self.last_tick + 1, record)
+        self._table = SignalTable(system)
+        self.log = RowLog(self._table, self.last_tick + 1, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] wall time of each macro step"""
         self._written = WrittenInputs(system)
@@ -119,7 +121,7 @@ class Simulation:
             for name, source in self.system.units.items():
                 self._units[name] = source.open(name)
                 if name in self.schedule.events:
-                    self._units[name].use_events(self.h * float(self.system.steps.get(name, 1)))
+                    events_of(self._units[name]).use(self.h * float(self.system.steps.get(name, 1)))
             self._lower()
             for name, source in self.system.units.items():
                 self._units[name].enter_initialization(source.parameters)
@@ -129,13 +131,13 @@ class Simulation:
                 for function in unit.getters():  # events at the start may have changed what is shown
                     self._checked(unit, function())
         except UnitError as fault:
-            raise SimulationError(0, 0.0, fault.unit, str(fault).partition(": ")[2]) from fault
+            raise SimulationError(0, 0.0, fault.unit, fault.reason) from fault
 
     def _lower(self) -> None:
         """Prepare every call of the macro step."""
         for name, unit in self._units.items():
             unit.bind(self._table.inputs(name), self._table.outputs(name))
-        self._lowered = Lowered(self.system, self.schedule, self._units, self._table)
+        self._compiled = CompiledSchedule(self.system, self.schedule, self._units, self._table)
 
     def _run(self, calls: list[Call]) -> None:
         t, h = self.tick * self.h, self.h
@@ -167,17 +169,17 @@ class Simulation:
         began = time.perf_counter()
         try:
             if self.tick >= 0:
-                self._run(self._lowered.after(self.tick))
+                self._run(self._compiled.after(self.tick))
             self.tick += 1
-            self._run(self._lowered.before(self.tick))
+            self._run(self._compiled.before(self.tick))
         except UnitError as fault:
-            raise SimulationError(self.tick, self.time, fault.unit, str(fault).partition(": ")[2]) from fault
+            raise SimulationError(self.tick, self.time, fault.unit, fault.reason) from fault
         finite = self.log.keep(self.tick)
         self.step_times[self.tick] = time.perf_counter() - began
         self.log.kept = self.tick + 1
         if not finite:
-            path, value = self._table.first_not_finite()
-            raise SimulationError(self.tick, self.time, path.partition(".")[0], f"the signal `{path}` is {value}")
+            element, value = self._table.first_not_finite()
+            raise SimulationError(self.tick, self.time, element.unit, f"the signal `{element.path}` is {value}")
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:

@@ -133,9 +133,9 @@ def trivial(request, tmp_path_factory):
 def steps_without_recording(simulation):
     """The calls of the macro step alone."""
     for _ in range(STEPS):
-        simulation._run(simulation._lowered.after(simulation.tick))
+        simulation._run(simulation._compiled.after(simulation.tick))
         simulation.tick += 1
-        simulation._run(simulation._lowered.before(simulation.tick))
+        simulation._run(simulation._compiled.before(simulation.tick))
 
 
 def test_macro_steps_without_recording(benchmark, trivial):

@@ -112,13 +112,13 @@ def test_states_are_told_apart_after_one_of_them_was_forgotten(built_fmus):
 
     seen = {}
     for tick in range(4):
-        seen[unit.save()] = position()
+        seen[unit.state.save()] = position()
         if tick == 2:
-            unit.forget(min(seen))
+            unit.state.forget(min(seen))
             del seen[min(seen)]
         unit.step(0.1 * tick, 0.1)
     for state, x in seen.items():
-        unit.restore(state)
+        unit.state.restore(state)
         assert position() == x
     assert len(set(seen.values())) == 3
     unit.close()

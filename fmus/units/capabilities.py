@@ -1,0 +1,62 @@
+"""What some units can do beside stepping: act at an instant, and go back to a state.
+
+A unit has a capability or has it not (`Unit.events`, `Unit.state`). Whoever prepares a run asks for it once and keeps
+the object, so that no step has to find out. `Interface.event_mode` and `Interface.rolls_back` say the same before the
+unit is made.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+
+class EventCapability(ABC):
+    """Event Mode of FMI 3.0: the unit acts at an instant t_k, without advancing in time.
+
+    The order of calls is `use` before the unit is bound; then at each instant `activate`, the unit's setters and
+    getters, and `update`. Methods return a false value, or the FMI status that they met.
+    """
+
+    @abstractmethod
+    def use(self, h: float) -> None:
+        """Use Event Mode from now on; called once, before `Unit.bind`.
+
+        Args:
+            h: the communication step of the unit [s], which is the interval of clocks that have none of their own.
+
+        Raises:
+            UnitError: the unit cannot be started with Event Mode.
+        """
+
+    @abstractmethod
+    def activate(self, t: float, h: float) -> object:
+        """Enter Event Mode at `t` [s] with the clocks that are due or were triggered. Raises `UnitError`."""
+
+    @abstractmethod
+    def update(self, t: float, h: float) -> object:
+        """Iterate the discrete states until they rest, which ends what `activate` began. Raises `UnitError`."""
+
+    @abstractmethod
+    def fired(self) -> set[str]:
+        """The output clocks that have ticked since this was called last, by name."""
+
+    @abstractmethod
+    def trigger(self, clock: str) -> None:
+        """Make a triggered input clock tick when the unit is activated next."""
+
+
+class StateCapability(ABC):
+    """The unit returns to a state that was saved, bit by bit. The saved states are opaque to everybody else."""
+
+    @abstractmethod
+    def save(self) -> Any:
+        """The present state, for `restore`. Raises `UnitError`."""
+
+    @abstractmethod
+    def restore(self, state: Any) -> None:
+        """Return to a saved state, any number of times. Raises `UnitError`."""
+
+    @abstractmethod
+    def forget(self, state: Any) -> None:
+        """Release a saved state, which cannot be restored afterwards. Raises `UnitError`."""

@@ -1,0 +1,106 @@
+"""Prepared calls of the functions that set and get the values of an FMU: one per direction and type.
+
+The functions are called with integer addresses that are prepared once, on memory shared with the signal table, which is
+several times faster than to convert arguments on each call.
+"""
+# pyright: basic
+# ctypes carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+
+from components.interfaces.quantity import Type
+from components.interfaces.record import Variable
+from fmus.units.fmi_api import FmiApi
+from fmus.units.unit import Column, Operation, TypedColumns, by_type
+
+Direction: TypeAlias = Literal["Set", "Get"]
+ADDRESS: Final = ctypes.c_size_t
+"""The type of pointers whose address is known"""
+
+
+def library_function(fmu: Any, api: FmiApi, name: str, arguments: Sequence[Any]) -> Any:
+    """A function of the library, by its name without the prefix, with types of its arguments that are ours alone."""
+    function = fmu.dll[f"{api.prefix}{name}"]  # indexing gives a new object each time, which FMPy does not know
+    function.argtypes, function.restype = list(arguments), ctypes.c_int
+    return function
+
+
+class ValueCalls:
+    """The calls that move values between an instance and columns; they keep the arrays alive that they pass.
+
+    Args:
+        fmu: FMPy's object, whose library is loaded.
+        api: the version of FMI.
+        component: address of the instance.
+        references: value references of each variable, one per element or one in all.
+    """
+
+    def __init__(self, fmu: Any, api: FmiApi, component: int, references: Mapping[str, list[int]]) -> None:
+        self._fmu, self._api, self._component = fmu, api, component
+        self._references = references
+        self._alive: list[Any] = []
+        """Arrays whose addresses the prepared calls contain"""
+
+    def movers(self, direction: Direction, variables: Sequence[Variable], columns: TypedColumns) -> list[Operation]:
+        """One call for each type that occurs among the variables."""
+        return [self.mover(direction, group, columns[kind]) for kind, group in by_type(variables).items()]
+
+    def mover(self, direction: Direction, variables: Sequence[Variable], column: Column) -> Operation:
+        """One call that moves the values of all `variables`, which are of one type, to or from `column`."""
+        kind = variables[0].quantity.type
+        access, native = self._api.access[kind]
+        references = np.array([ref for v in variables for ref in self._references[v.name]], dtype=np.uint32)
+        if not kind.is_number:
+            return self._text_mover(direction, kind, references, column)
+        shared = column.dtype == native and column.flags.c_contiguous
+        values = column if shared else np.zeros(column.size, dtype=native)
+        self._alive += [references, values]
+        counts = [values.size] if self._api.counts_values else []
+        function = library_function(self._fmu, self._api, f"{direction}{access}", [ADDRESS] * (4 + len(counts)))
+        call = partial(function, self._component, references.ctypes.data, references.size, values.ctypes.data, *counts)
+        if shared:
+            return call
+
+        def converted_set() -> object:
+            values[:] = column
+            return call()
+
+        def converted_get() -> object:
+            status = call()
+            column[:] = values
+            return status
+
+        return converted_set if direction == "Set" else converted_get
+
+    def _text_mover(self, direction: Direction, kind: Type, references: Column, column: Column) -> Operation:
+        """The same for String and Binary, whose values are copied one by one."""
+        self._alive.append(references)
+        n, binary = column.size, kind is Type.BINARY
+        pointers = (ctypes.c_char_p * n)() if direction == "Set" else (ctypes.c_void_p * n)()
+        sizes = (ctypes.c_size_t * n)()
+        arguments = [self._component, references.ctypes.data, references.size]
+        arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)]
+        arguments += [n] * self._api.counts_values
+        name = f"{direction}{self._api.access[kind].function}"
+        function = library_function(self._fmu, self._api, name, [ADDRESS] * len(arguments))
+
+        def set_values() -> object:
+            data = column.tolist() if binary else [text.encode() for text in column.tolist()]
+            pointers[:], sizes[:] = data, [len(item) for item in data]
+            return function(*arguments)
+
+        def get_values() -> object:
+            status = function(*arguments)
+            lengths = sizes if binary else [-1] * n
+            texts = [ctypes.string_at(p, size) if p else b"" for p, size in zip(pointers, lengths, strict=True)]
+            column[:] = texts if binary else [item.decode("utf-8", "replace") for item in texts]
+            return status
+
+        return set_values if direction == "Set" else get_values
