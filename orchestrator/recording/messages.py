@@ -15,7 +15,8 @@ from typing import IO, TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:  # the process that records starts faster without these imports
     from orchestrator.stepping.master import Simulation
-    from orchestrator.stepping.rows import Batch, Element
+    from orchestrator.stepping.rows import RowBatch
+    from orchestrator.stepping.signal_table import RecordedElement
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class RecordingRequest:
     """The run folder, which holds `system.ssp`"""
     sink: Path | str
     """A file, or the URL of a viewer"""
-    elements: list[list[Element]]
+    elements: list[list[RecordedElement]]
     """The signal elements in each group of rows"""
     about: dict[str, str]
     """The run's provenance as it is known at the start"""
@@ -38,7 +39,7 @@ class RecordingRequest:
 class NewRows:
     """Rows that were completed since the last message."""
 
-    batches: list[Batch]
+    batches: list[RowBatch]
     about: dict[str, str] | None = None
     """In the last message, the run's provenance as it is known at the end"""
 

@@ -16,7 +16,7 @@ import numpy as np
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
-from orchestrator.stepping.rows import Batch
+from orchestrator.stepping.rows import RowBatch
 from orchestrator.system.experiment import Scenario
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
@@ -46,10 +46,10 @@ class Recording:
         if self._file is not None:
             self._stream.flush()  # from here on there is a file, however the run ends
         self._compact: RerunStream | None = None
-        self._pending: list[Batch] = []
+        self._pending: list[RowBatch] = []
         self._begun = False
 
-    def log(self, batches: Sequence[Batch], *, last: bool = False) -> None:
+    def log(self, batches: Sequence[RowBatch], *, last: bool = False) -> None:
         """Write rows.
 
         Args:
@@ -93,11 +93,11 @@ class Recording:
             name=scenario.name,
             h=scenario.h,
             about=self._request.about,
-            recorded=[[name for name, _, _ in group] for group in self._request.elements],
+            recorded=[[element.path for element in group] for group in self._request.elements],
             recording_id=self._request.recording_id,
         )
 
-    def _send(self, stream: RerunStream, batches: Sequence[Batch]) -> None:
+    def _send(self, stream: RerunStream, batches: Sequence[RowBatch]) -> None:
         for batch in batches:
             columns = batch.columns(self._request.elements[batch.group], self._scenario.h)
             stream.log(columns, batch.step_times if batch.group == 0 else None)
@@ -141,7 +141,7 @@ def _compact_file(file: Path) -> Path:
     return file.with_name(f".{file.name}")
 
 
-def joined(batches: Sequence[Batch]) -> list[Batch]:
+def joined(batches: Sequence[RowBatch]) -> list[RowBatch]:
     """Join batches.
 
     Args:
@@ -150,7 +150,7 @@ def joined(batches: Sequence[Batch]) -> list[Batch]:
     Returns:
         The same rows in few batches by group, none of them much longer than `LARGE`, and no short one after another.
     """
-    runs: list[list[Batch]] = []
+    runs: list[list[RowBatch]] = []
     for batch in sorted(batches, key=lambda b: (b.group, b.first)):
         if runs and runs[-1][0].group == batch.group and sum(map(len, runs[-1])) < LARGE:
             runs[-1].append(batch)
@@ -162,7 +162,7 @@ def joined(batches: Sequence[Batch]) -> list[Batch]:
     return [_whole(parts) for parts in runs]
 
 
-def _whole(parts: Sequence[Batch]) -> Batch:
+def _whole(parts: Sequence[RowBatch]) -> RowBatch:
     first = parts[0]
     blocks: dict[Any, Any] = {kind: np.concatenate([p.blocks[kind] for p in parts]) for kind in first.blocks}
-    return Batch(first.group, first.first, first.every, blocks, np.concatenate([p.step_times for p in parts]))
+    return RowBatch(first.group, first.first, first.every, blocks, np.concatenate([p.step_times for p in parts]))

@@ -9,30 +9,40 @@ import numpy as np
 
 from components.interfaces.quantity import Type
 from fmus.units.unit import Column, Unit, UnitError
-from orchestrator.stepping.algebraic_loops import Loop
+from orchestrator.stepping.algebraic_loops import AlgebraicLoop
 from orchestrator.stepping.schedule import Schedule
-from orchestrator.stepping.signal_table import Table
+from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import System
 
-PASSES: Final = 100
-"""More than any chain of units needs; a loop that contracts settles within them too."""
+INITIALIZATION_PASSES: Final = 100
+"""More passes than any chain of units needs; a contracting loop settles within them, too."""
 
 
 def initialise(
     system: System,
     schedule: Schedule,
     units: Mapping[str, Unit],
-    table: Table,
+    table: SignalTable,
     checked: Callable[[Unit, object], None],
 ) -> None:
     """Set the inputs and get the outputs of all units, in the order of their dependencies, until they are settled.
 
-    Algebraic loops that the schedule solves are solved here too. Raises `UnitError` where values keep changing.
+    Algebraic loops that the schedule solves are solved here, too.
+
+    Args:
+        system: the whole system.
+        schedule: its schedule.
+        units: all running units by name, in Initialization Mode.
+        table: the signal table that they are bound to.
+        checked: raises an error for the status of a unit's call.
+
+    Raises:
+        UnitError: values keep changing.
     """
-    loops = [Loop(system, group, schedule, units, table) for group in schedule.loops]
+    loops = [AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops]
     outputs = {kind: table.columns[kind][:n] for kind, n in table.recorded.items() if n}
     before: dict[Type, Column] = {}
-    for _ in range(PASSES):
+    for _ in range(INITIALIZATION_PASSES):
         before = {kind: column.copy() for kind, column in outputs.items()}
         for name in schedule.order:
             for function in (*table.gathers(name), *units[name].setters(), *units[name].getters()):
@@ -41,10 +51,11 @@ def initialise(
             loop.settle()
         if all(_settled(kind, before[kind], column) for kind, column in outputs.items()):
             return
-    for path, kind, at in table.elements():
+    for unit, path, kind, at in table.elements():
         if not _settled(kind, before[kind][at : at + 1], outputs[kind][at : at + 1]):
-            action = f"the initialisation does not settle: `{path}` is still {outputs[kind][at]} after {PASSES} passes"
-            raise UnitError(path.partition(".")[0], action, [f"it was {before[kind][at]} in the pass before"])
+            now = f"`{path}` is still {outputs[kind][at]} after {INITIALIZATION_PASSES} passes"
+            said = f"it was {before[kind][at]} in the pass before"
+            raise UnitError(unit, f"the initialisation does not settle: {now}", [said])
 
 
 def _settled(kind: Type, before: Column, now: Column) -> bool:

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
-from orchestrator.stepping.signal_table import Table
+from orchestrator.stepping.signal_table import RecordedElement, SignalTable
 from orchestrator.system.experiment import EVERYTHING, Choice
 from orchestrator.system.system import System
 
@@ -24,12 +24,8 @@ LARGEST_LOG: Final = 4 * 2**30
 """[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
 
 
-Element: TypeAlias = tuple[str, Type, int]
-"""Full path, type, and place among the values of that type."""
-
-
 @dataclass(frozen=True)
-class Batch:
+class RowBatch:
     """Consecutive rows of one group: those of the ticks `first`, `first + every`, ..."""
 
     group: int
@@ -48,26 +44,27 @@ class Batch:
         """The tick of each row."""
         return self.first + self.every * np.arange(len(self), dtype=np.int64)
 
-    def columns(self, elements: Sequence[Element], h: float) -> dict[str, NDArray[Any]]:
-        """Column `time` [s], then one for each of the group's elements."""
-        return {"time": self.ticks * h} | {name: self.blocks[kind][:, at] for name, kind, at in elements}
+    def columns(self, elements: Sequence[RecordedElement], h: float) -> dict[str, NDArray[Any]]:
+        """Column `time` [s], then one for each of the group's elements, as `RowLog.elements` gives them."""
+        return {"time": self.ticks * h} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
 
 
 class _Group:
     """Memory for the rows of signals that are kept at every `every`-th tick."""
 
-    def __init__(self, table: Table, every: int, chosen: Sequence[Element], ticks: int) -> None:
+    def __init__(self, table: SignalTable, every: int, chosen: Sequence[RecordedElement], ticks: int) -> None:
         self.every = every
         self.rows: dict[Type, NDArray[Any]] = {}
-        self.elements: list[Element] = []
+        self.elements: list[RecordedElement] = []
+        """The chosen elements by type, each with its index among the rows of that type"""
         self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
         """Rows, and the values that lie side by side in the table"""
         self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
         """Rows, values, and the places of those that are kept"""
-        for kind in dict.fromkeys(kind for _, kind, _ in chosen):
-            places = {name: at for name, k, at in chosen if k is kind}
-            self.elements += [(name, kind, i) for i, name in enumerate(places)]
-            at = np.array(list(places.values()))
+        for kind in dict.fromkeys(element.type for element in chosen):
+            of_kind = [element for element in chosen if element.type is kind]
+            self.elements += [element._replace(position=i) for i, element in enumerate(of_kind)]
+            at = np.array([element.position for element in of_kind])
             self.rows[kind] = zeros(kind, (self.count(ticks), len(at)))
             if (np.diff(at) == 1).all():
                 self.copies.append((self.rows[kind], table.columns[kind][at[0] : at[-1] + 1]))
@@ -88,22 +85,22 @@ class _Group:
         return -(-ticks // self.every)
 
 
-class Log:
+class RowLog:
     """All rows of a run, in memory reserved at the start.
 
     Raises `RequestError` for a pattern that fits no signal, and for more rows than there should be.
     """
 
-    def __init__(self, table: Table, length: int, choice: Choice = EVERYTHING) -> None:
+    def __init__(self, table: SignalTable, length: int, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
         """Ticks whose rows are complete, and may be handed on by another thread"""
         pace = paces(table.system, choice)
-        chosen = [element for element in table.elements() if pace[element[0]]]
-        _refuse_too_large(length, [(kind, pace[name]) for name, kind, _ in chosen])
-        self._order = [name for name, _, _ in chosen]
+        chosen = [element for element in table.elements() if pace[element.path]]
+        _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
+        self._order = [element.path for element in chosen]
         self._groups = [
-            _Group(table, every, [element for element in chosen if pace[element[0]] == every], length)
-            for every in sorted({pace[name] for name in self._order})
+            _Group(table, every, [element for element in chosen if pace[element.path] == every], length)
+            for every in sorted({pace[path] for path in self._order})
         ]
         # without a choice this is a single group of copies, which need not ask whose tick it is
         plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
@@ -127,24 +124,24 @@ class Log:
         return True
 
     @property
-    def elements(self) -> list[list[Element]]:
+    def elements(self) -> list[list[RecordedElement]]:
         """The elements of each group, with their places in its batches."""
         return [group.elements for group in self._groups]
 
     @property
     def at_every_tick(self) -> list[str]:
         """The elements that are kept at every tick."""
-        return [name for group in self._groups if group.every == 1 for name, _, _ in group.elements]
+        return [element.path for group in self._groups if group.every == 1 for element in group.elements]
 
-    def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[Batch]:
+    def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[RowBatch]:
         """The rows of the ticks `first` to before `last`; of `step_times` their own."""
-        found: list[Batch] = []
+        found: list[RowBatch] = []
         for i, group in enumerate(self._groups):
             begin, end = group.count(first), group.count(last)
             if begin < end:
                 blocks = {kind: rows[begin:end] for kind, rows in group.rows.items()}
                 ticks = slice(begin * group.every, last, group.every)
-                found.append(Batch(i, begin * group.every, group.every, blocks, step_times[ticks]))
+                found.append(RowBatch(i, begin * group.every, group.every, blocks, step_times[ticks]))
         return found
 
     def columns(self) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
@@ -154,11 +151,11 @@ class Log:
         """
         due = [np.arange(0, self.kept, group.every) for group in self._groups]
         ticks = np.unique(np.concatenate(due)) if due else np.arange(self.kept)
-        found: dict[str, NDArray[Any]] = {}
+        columns: dict[str, NDArray[Any]] = {}
         for group, own in zip(self._groups, due, strict=True):
-            for name, kind, at in group.elements:
-                found[name] = _spread(group.rows[kind][: len(own), at], np.isin(ticks, own), kind)
-        return ticks, {name: found[name] for name in self._order}
+            for _, path, kind, at in group.elements:
+                columns[path] = _spread(group.rows[kind][: len(own), at], np.isin(ticks, own), kind)
+        return ticks, {path: columns[path] for path in self._order}
 
 
 def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArray[Any]:

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.quantity import Type, zeros
-from fmus.units.unit import Column, Operation, positions, widths
+from fmus.units.unit import Column, Operation, TypedColumns, positions, widths
 from orchestrator.system.system import Connection, System
 
 
-class Table:
+class RecordedElement(NamedTuple):
+    """One element of an output, and where its values are."""
+
+    unit: str
+    path: str
+    """Full path: unit, signal and, in an array, the index from 1"""
+    type: Type
+    position: int
+    """Its index in the column of that type"""
+
+
+class SignalTable:
     """Memory for all outputs, in the order of the units, and behind them a slot for each input that is held.
 
     A unit's inputs are a view of the outputs that drive them where these lie side by side, else a copy by index.
+
+    Args:
+        system: the system whose signals it holds.
     """
 
     def __init__(self, system: System) -> None:
@@ -41,7 +54,16 @@ class Table:
             self._keep(unit, name, value)
 
     def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
-        """Type of an output, or of a held input, and its place in the column of that type."""
+        """Where an output, or a held input, is.
+
+        Args:
+            unit: name of the unit.
+            name: name of the signal within the unit.
+            role: `outputs` or `inputs`, as the interface calls them.
+
+        Returns:
+            Its type, and its elements in the column of that type.
+        """
         first = self._first if role == "outputs" else self._held_first
         kind, at = positions(getattr(self.system.units[unit].interface, role))[name]
         start = first[unit][kind] + at
@@ -52,12 +74,12 @@ class Table:
         kind, there = self.slots(wire.source, wire.output, "outputs")
         return kind, there if wire.output_element is None else _moved(wire.output_element.at, there.start, 1)
 
-    def outputs(self, unit: str) -> Mapping[Type, Column]:
+    def outputs(self, unit: str) -> TypedColumns:
         """Where a unit writes its outputs."""
         width = widths(self.system.units[unit].interface.outputs)
         return {kind: self.columns[kind][(a := self._first[unit][kind]) : a + n] for kind, n in width.items()}
 
-    def inputs(self, unit: str) -> Mapping[Type, Column]:
+    def inputs(self, unit: str) -> TypedColumns:
         """Where a unit reads its inputs; `gathers` has to bring them there first."""
         drivers: dict[str, list[Connection]] = {}
         for wire in self.system.connections:
@@ -121,20 +143,24 @@ class Table:
         """Give an input back to its connection; one without a connection keeps its value."""
         self._held.discard((unit, name))
 
-    def elements(self) -> list[tuple[str, Type, int]]:
-        """Every recorded element: full path, type and place in the column of that type."""
-        found: list[tuple[str, Type, int]] = []
+    def elements(self) -> list[RecordedElement]:
+        """Every element of every output, in the order of the units."""
+        elements: list[RecordedElement] = []
         for unit, source in self.system.units.items():
             for variable in source.interface.outputs:
                 kind, slots = self.slots(unit, variable.name, "outputs")
-                found += [(f"{unit}.{e}", kind, slots.start + i) for i, e in enumerate(variable.elements)]
-        return found
+                elements += [
+                    RecordedElement(unit, f"{unit}.{element}", kind, slots.start + i)
+                    for i, element in enumerate(variable.elements)
+                ]
+        return elements
 
-    def first_not_finite(self) -> tuple[str, float]:
-        """The first output that is not a finite number."""
-        for path, kind, at in self.elements():
-            if kind.is_float and not np.isfinite(self.columns[kind][at]):
-                return path, float(self.columns[kind][at])
+    def first_not_finite(self) -> tuple[RecordedElement, float]:
+        """The first output that is not a finite number, and its value. Raises `LookupError` if all are finite."""
+        for element in self.elements():
+            value = self.columns[element.type][element.position]
+            if element.type.is_float and not np.isfinite(value):
+                return element, float(value)
         raise LookupError("all signals are finite")
 
 
