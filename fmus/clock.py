@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 SET_BY_IMPORTER: Final = frozenset({"fixed", "tunable"})
-"""Interval variabilities of clocks whose interval the importer sets, where the description gives none"""
+"""Interval variabilities of clocks whose interval the importer sets where the description gives none"""
 
 
 @dataclass(frozen=True)
 class Clock:
-    """One clock: time-based (an interval decides when it ticks) or triggered (another unit does)."""
+    """One clock: a time-based one ticks after an interval, a triggered one when another unit makes it tick."""
 
     name: str
     causality: str
@@ -19,24 +19,29 @@ class Clock:
     interval_variability: str
     """`constant`, `fixed`, `tunable`, `changing`, `countdown` or `triggered`"""
     reference: int
+    """Value reference"""
     interval: float | None = None
-    """[s] where the description gives it"""
+    """[s] if the description gives it"""
     shift: float = 0.0
     """[s] delay of the first tick"""
 
     @property
     def is_time_based(self) -> bool:
-        """Whether the importer has to make it tick."""
+        """Whether the importer makes it tick when its time has come."""
         return self.causality == "input" and self.interval_variability != "triggered"
 
     @property
     def is_triggered_input(self) -> bool:
-        """Whether a clock of another unit makes it tick."""
+        """Whether an output clock of another unit makes it tick."""
         return self.causality == "input" and self.interval_variability == "triggered"
 
 
 def clocks(root: Any) -> tuple[Clock, ...]:
-    """All clocks of a model description, by its root element."""
+    """All clocks of a model description.
+
+    Args:
+        root: the root element of the XML file, whose attributes follow the schema of FMI 3.0.
+    """
     return tuple(_clock(element) for element in root.iterfind("ModelVariables/Clock"))
 
 

@@ -1,4 +1,4 @@
-"""What can be seen of a unit before it runs: its inputs, outputs and parameters, and how it acts in time."""
+"""What is known of a unit before it runs: its inputs, outputs and parameters, and how it acts in time."""
 
 from __future__ import annotations
 
@@ -15,25 +15,27 @@ from fmus.clock import Clock
 
 @dataclass(frozen=True)
 class Interface:
-    """What can be seen of a unit before it runs."""
+    """What is known of a unit before it runs."""
 
     kind: str
+    """Name of the block, or of the model in an FMU"""
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
     parameters: tuple[Variable, ...]
     feedthrough: NDArray[np.bool_]
-    """(outputs, inputs), variable by variable: whether an input reaches an output without delay"""
+    """(outputs, inputs), variable by variable: whether an input reaches an output without a delay"""
     output_after_set: bool
-    """Whether outputs follow the inputs at one communication point, before the step; if not, they show by stepping."""
+    """Whether outputs follow the inputs at one communication point; if not, they change with a step only."""
     starts: Mapping[str, Any]
-    """Start values that the unit brings along, by parameter or input."""
+    """Start values that the unit brings along, by name of a parameter or an input"""
     event_mode: bool = False
-    """Whether the unit can be activated at an instant: FMI 3.0 Event Mode"""
+    """Whether the unit has the capability `events`: FMI 3.0 Event Mode"""
     rolls_back: bool = False
-    """Whether `save` and `restore` work"""
+    """Whether the unit has the capability `state`: it returns to states that were saved"""
     clocks: tuple[Clock, ...] = ()
+    """The clocks of FMI 3.0, in the order of the file"""
     aliases: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Other names of inputs, outputs and parameters, each with the name it stands for"""
+    """Other names of inputs, outputs and parameters, each with the name that it stands for"""
     initials: tuple[Variable, ...] = ()
     """Outputs and local variables whose start value may be set like that of a parameter"""
     undeclared: frozenset[str] = frozenset()

@@ -1,8 +1,8 @@
-"""Conventions of foreign files and ours: axes, reference points, and how a velocity is given; both ways, in place.
+"""Conversions between our conventions and those of foreign files: axes, reference points and velocities, in place.
 
 Each convention acts on the signals of one bus, given as arrays by name: `state` and `ego` have one element each, the
-`obstacles` one per slot. `ours` turns values that follow the convention into those of the contract (ISO 8855, centre of
-gravity, body frame), `theirs` is its inverse.
+`obstacles` one per slot. `ours` converts values that follow the convention to those of the contract (ISO 8855, centre
+of gravity, body frame); `theirs` is its inverse.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""FMI 2.0's log messages, which come as a format with any number of values: formatted in C, brought to their unit.
+"""FMI 2.0's log messages, which are a format with any number of values: formatted in C, and passed to their unit.
 
-FMPy's library for it knows one receiver, so that one stands here for all units. It is loaded once more, from a copy:
-the one that FMPy has loaded forgets us when somebody simulates with FMPy in the same process.
+FMPy's library for this has one receiver only; the one registered here serves all units. The library is loaded once
+more, from a copy: a simulation with FMPy in the same process would replace the receiver in the library that FMPy uses.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
@@ -23,20 +23,28 @@ _keys = itertools.count(1)
 
 
 def register(name: str, receive: Callable[[int, bytes], None]) -> int:
-    """The environment of an instance: what it logs goes, with its status, to `receive`."""
+    """Register an instance.
+
+    Args:
+        name: name of the instance, for FMUs that do not pass their environment on.
+        receive: called with the status and the text of each message.
+
+    Returns:
+        The environment that the instance has to be given.
+    """
     key = next(_keys)
     _receivers[key] = name, receive
     return key
 
 
 def release(key: int) -> None:
-    """Forget an instance."""
+    """Remove an instance that was registered, by its environment."""
     _receivers.pop(key, None)
 
 
 @cache
 def formatting_logger() -> Any:
-    """The logger for FMI 2.0's callbacks."""
+    """The logger for FMI 2.0's callbacks, the same for all instances."""
     callbacks = fmi2CallbackFunctions()
     callbacks.logger = fmi2CallbackLoggerTYPE(_logged)
     _kept.append(callbacks.logger)
@@ -47,7 +55,7 @@ def formatting_logger() -> Any:
 
 
 def _own_library() -> ctypes.CDLL | None:
-    """FMPy's library that formats messages, loaded for us alone; there is none for every platform."""
+    """A private copy of FMPy's library that formats messages; not every platform has one."""
     with tempfile.TemporaryDirectory(prefix="fmi2_logger_", ignore_cleanup_errors=True) as folder:
         try:
             library = ctypes.CDLL(shutil.copy(FMI2_LOGGING_LIBRARY, folder))
@@ -62,7 +70,7 @@ _kept: list[Any] = []
 
 def _logged(environment: int | None, name: bytes | None, status: int, _category: bytes, message: bytes | None) -> None:
     known = _receivers.get(environment or 0)
-    if known is None:  # an FMU that hands on something else: told by its name
+    if known is None:  # an FMU that does not pass its environment on is known by its name
         same = [r for n, r in _receivers.values() if n.encode() == name]
         known = ("", same[-1]) if same else None
     if known is not None:

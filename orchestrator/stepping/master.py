@@ -21,11 +21,9 @@ from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
 from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.schedule import Schedule, schedule
-from orchestrator.stepping.signal_table import Table
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, last_tick
 from orchestrator.stepping.signal_table import SignalTable
-from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, macro_step
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -224,7 +222,7 @@ class Simulation:
         if problems := variable.quantity.problems(path, value):
             raise refuse(path, problems[0].found, problems[0].valid)
         self._table.hold(unit, name, value)
-        self._written.add(self.tick + 1, path, value)
+        self._written.note(self.tick + 1, path, value)
         self._lower()
 
     def release(self, path: str) -> None:
@@ -238,7 +236,7 @@ class Simulation:
         """
         unit, _, name = self._known(path, "inputs").partition(".")
         self._table.release(unit, name)
-        self._written.add(self.tick + 1, path, None)
+        self._written.note(self.tick + 1, path, None)
         self._lower()
 
     def _known(self, path: str, role: str) -> str:
@@ -266,7 +264,7 @@ class Simulation:
             for the signals that were not.
         """
         ticks, kept = self.log.columns()
-        return {"time": ticks * self.h, **kept, **self._written.columns(kept, ticks)}
+        return {"time": ticks * self.h, **kept, **self._written.received(kept, ticks)}
 
     def close(self) -> None:
         """Release all units; rows stay."""

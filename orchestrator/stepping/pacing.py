@@ -11,8 +11,15 @@ from components.interfaces.problem import refuse
 class Pacer:
     """Begins tick k at the wall time `k h / factor` after the first, computed from k alone so that nothing drifts.
 
-    A tick is late when its row was not complete before the next one was due. Late ticks are made up for: those after
-    them begin at once until the schedule is met again. Raises `RequestError` for a factor that is not positive.
+    A tick is late when its row was not complete before the next one was due. The ticks after a late one begin at once
+    until the schedule is met again.
+
+    Args:
+        factor: seconds to simulate in a second of wall time.
+        h: the macro step [s].
+
+    Raises:
+        RequestError: the factor is not a positive number.
     """
 
     def __init__(self, factor: float, h: float) -> None:
@@ -23,7 +30,7 @@ class Pacer:
         self._late, self._worst = 0, 0.0
 
     def wait(self, tick: int) -> None:
-        """Come back when `tick` is due, or at once if that has passed."""
+        """Return when a tick is due, or at once if that time has passed."""
         if tick == 0:
             self._start = time.perf_counter()
         left = self._start + tick * self._period - time.perf_counter()
@@ -31,12 +38,12 @@ class Pacer:
             time.sleep(left)
 
     def done(self, tick: int) -> None:
-        """`tick` is complete."""
+        """Note that a tick is complete."""
         beyond = time.perf_counter() - (self._start + (tick + 1) * self._period)
         if beyond > 0:
             self._late += 1
             self._worst = max(self._worst, beyond)
 
     def report(self) -> dict[str, Any]:
-        """The factor, how many ticks were late, and by how much the worst was [s]."""
+        """What a summary says of it: the factor, how many ticks were late, and by how much the worst one [s]."""
         return {"factor": self._factor, "late_ticks": self._late, "worst_s": self._worst}

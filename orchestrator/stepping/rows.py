@@ -21,7 +21,7 @@ from orchestrator.system.experiment import EVERYTHING, Choice
 from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
-"""[byte] Rows are kept in memory, and a machine that runs out of it says so too late."""
+"""[byte] the most that rows may take; they are kept in memory, and a machine runs out of it without a warning"""
 
 
 @dataclass(frozen=True)
@@ -29,23 +29,32 @@ class RowBatch:
     """Consecutive rows of one group: those of the ticks `first`, `first + every`, ..."""
 
     group: int
+    """Index of the group in `RowLog.elements`"""
     first: int
     every: int
     blocks: Mapping[Type, NDArray[Any]]
-    """Rows by type, (rows, elements)"""
+    """By type, the values of the group's elements, (rows, elements)"""
     step_times: NDArray[np.float64]
-    """[s] of these ticks"""
+    """[s] wall times of these ticks, (rows,)"""
 
     def __len__(self) -> int:
         return len(self.step_times)
 
     @property
     def ticks(self) -> NDArray[np.int64]:
-        """The tick of each row."""
+        """The tick of each row, (rows,)."""
         return self.first + self.every * np.arange(len(self), dtype=np.int64)
 
     def columns(self, elements: Sequence[RecordedElement], h: float) -> dict[str, NDArray[Any]]:
-        """Column `time` [s], then one for each of the group's elements, as `RowLog.elements` gives them."""
+        """The rows as columns.
+
+        Args:
+            elements: those of the group, as `RowLog.elements` gives them.
+            h: the macro step [s].
+
+        Returns:
+            Columns of shape (rows,) by name: `time` [s], then one for each element.
+        """
         return {"time": self.ticks * h} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
 
 
@@ -86,14 +95,20 @@ class _Group:
 
 
 class RowLog:
-    """All rows of a run, in memory reserved at the start.
+    """All rows of a run, in memory that is reserved at the start.
 
-    Raises `RequestError` for a pattern that fits no signal, and for more rows than there should be.
+    Args:
+        table: the signal table.
+        length: number of ticks.
+        choice: which signals are kept at every how many ticks.
+
+    Raises:
+        RequestError: a pattern fits no signal, or the rows would take too much memory.
     """
 
     def __init__(self, table: SignalTable, length: int, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
-        """Ticks whose rows are complete, and may be handed on by another thread"""
+        """Number of ticks whose rows are complete, so that another thread may read them"""
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
@@ -112,7 +127,7 @@ class RowLog:
         ]
 
     def keep(self, tick: int) -> bool:
-        """Copy the present values to the row of `tick`; tells whether all values are finite, kept or not."""
+        """Copy the present values to the row of `tick`, and return whether all values are finite, kept or not."""
         for rows, values in self._copies:
             rows[tick] = values
         for group in self._others:
@@ -125,29 +140,37 @@ class RowLog:
 
     @property
     def elements(self) -> list[list[RecordedElement]]:
-        """The elements of each group, with their places in its batches."""
+        """The elements of each group, each with its position in the blocks of a batch."""
         return [group.elements for group in self._groups]
 
     @property
     def at_every_tick(self) -> list[str]:
-        """The elements that are kept at every tick."""
+        """Full paths of the elements that are kept at every tick."""
         return [element.path for group in self._groups if group.every == 1 for element in group.elements]
 
     def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[RowBatch]:
-        """The rows of the ticks `first` to before `last`; of `step_times` their own."""
-        found: list[RowBatch] = []
+        """The rows of the ticks from `first` to before `last`, group by group.
+
+        Args:
+            first: the first tick.
+            last: the tick after the last one.
+            step_times: wall time of each tick of the run [s].
+        """
+        batches: list[RowBatch] = []
         for i, group in enumerate(self._groups):
             begin, end = group.count(first), group.count(last)
             if begin < end:
                 blocks = {kind: rows[begin:end] for kind, rows in group.rows.items()}
                 ticks = slice(begin * group.every, last, group.every)
-                found.append(RowBatch(i, begin * group.every, group.every, blocks, step_times[ticks]))
-        return found
+                batches.append(RowBatch(i, begin * group.every, group.every, blocks, step_times[ticks]))
+        return batches
 
     def columns(self) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
-        """The ticks at which something was kept, and a column for each element, in the order of the units.
+        """All rows so far.
 
-        Where a signal was not kept at such a tick, its number is NaN and its text empty.
+        Returns:
+            The ticks at which something was kept, (rows,); and by full path a column for each element, (rows,), in the
+            order of the units. Where a signal was not kept at such a tick, its number is NaN and its text empty.
         """
         due = [np.arange(0, self.kept, group.every) for group in self._groups]
         ticks = np.unique(np.concatenate(due)) if due else np.arange(self.kept)
@@ -167,11 +190,19 @@ def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArr
 
 
 def paces(system: System, choice: Choice) -> dict[str, int]:
-    """At every how many ticks each element of the outputs is kept, 0 for never.
+    """At every how many ticks each element of the outputs is kept.
 
-    What no pattern fits is not kept, unless all of them are there to leave something out.
+    A signal that fits no pattern is not kept, unless all patterns only leave something out.
 
-    Raises `RequestError` for a pattern that fits no signal.
+    Args:
+        system: the system whose outputs are kept.
+        choice: pattern by pattern, at every how many ticks.
+
+    Returns:
+        Numbers of ticks by full path of an element, 0 for never.
+
+    Raises:
+        RequestError: a pattern fits no signal.
     """
     elements = {
         f"{unit}.{variable.name}": [f"{unit}.{element}" for element in variable.elements]
@@ -199,13 +230,13 @@ def _meant(pattern: str, paths: Iterable[str]) -> str:
 
 
 _ONCE: Final = 2**31
-"""ticks; no run is as long, so that a signal of this pace or a larger one is kept at the start only"""
+"""[ticks] No run is as long, so that a signal of this pace or a larger one is kept at the start only."""
 
 
 def without_gaps(system: System, choice: Choice) -> set[str]:
-    """The elements that are kept in every row: those at every tick, or all if all have the same pace."""
-    found = {name: every for name, every in paces(system, choice).items() if every}
-    return {name for name, every in found.items() if every == 1 or len(set(found.values())) == 1}
+    """Full paths of the elements that are kept in every row: those at every tick, or all if all have the same pace."""
+    kept = {path: every for path, every in paces(system, choice).items() if every}
+    return {path for path, every in kept.items() if every == 1 or len(set(kept.values())) == 1}
 
 
 def _refuse_too_large(length: int, kept: Iterable[tuple[Type, int]]) -> None:

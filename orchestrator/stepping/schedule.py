@@ -37,7 +37,7 @@ from orchestrator.system.system import Connection, System
 
 
 class Act(StrEnum):
-    """What a unit is told to do; a group of units in a loop is told to solve it."""
+    """What a unit does next; `SOLVE` is the act of all units of a loop together."""
 
     SET = "set"
     STEP = "step"
@@ -56,10 +56,11 @@ class Schedule:
     """The acts of one macro step: `before` completes the instant t_k, `after` leads from t_k to t_{k+1}."""
 
     order: tuple[str, ...]
-    """All units, each after those whose outputs at t_k it needs."""
+    """All units, each after those whose outputs at t_k it needs"""
     before: Acts
     after: Acts
     early: frozenset[str] = frozenset()
+    """Units that step before others can read their outputs at t_k"""
     loops: tuple[tuple[str, ...], ...] = ()
     """Groups of units that need each other's outputs at t_k"""
     events: frozenset[str] = frozenset()
@@ -70,10 +71,16 @@ class Schedule:
 
 
 def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, solve_loops: bool = False) -> Schedule:
-    """The schedule of `system`.
+    """The schedule of a system.
 
-    Raises `RequestError` for an algebraic loop, shown as its chain, unless `solve_loops` asks for its solution and
-    every unit in it can go back to where it was.
+    Args:
+        system: units and connections.
+        algorithm: how the units exchange data and step.
+        solve_loops: whether algebraic loops are solved by iteration instead of refused.
+
+    Raises:
+        RequestError: there is an algebraic loop, shown as its chain, that is not to be solved, or in which a unit
+            cannot return to a saved state.
     """
     if algorithm is Algorithm.JACOBI:
         names = tuple(system.units)
@@ -100,7 +107,7 @@ def _assembled(
         if tuple(group) in loops:
             before.append((Act.SOLVE, tuple(group)))
         elif name in events & early:
-            # clocked outputs can be read until the update ends the tick, others may change with it
+            # clocked outputs can be read only until the update ends the tick, others may change with the update
             before += [(act, (name,)) for act in (Act.ACTIVATE, Act.SET, Act.GET, Act.UPDATE, Act.GET)]
         elif name in early:
             before += [(act, (name,)) for act in (Act.SET, Act.STEP, Act.GET)]
@@ -108,7 +115,7 @@ def _assembled(
             before += [(act, (name,)) for act in (Act.SET, Act.GET)]
     late = [name for name in order if name not in early or name in events]
     after = [(Act.SET, (name,)) for name in late if name not in again and name not in events]
-    # inputs that jump are an event too, also where no output depends on them at once
+    # inputs that jump are an event, too, even where no output depends on them at once
     after += [(act, (name,)) for name in late if name in events - early for act in (Act.ACTIVATE, Act.SET, Act.UPDATE)]
     after += [(act, (name,)) for act in (Act.STEP, Act.GET) for name in late]
     return Schedule(tuple(order), tuple(before), tuple(after), frozenset(early), loops, frozenset(events))
@@ -131,7 +138,7 @@ def _ticks(system: System, name: str) -> bool:
 
 
 def open_dependencies_close_a_loop(system: System) -> bool:
-    """Whether there is an algebraic loop only because some units leave open what their outputs depend on."""
+    """Whether there is an algebraic loop only because some units do not declare what their outputs depend on."""
     declared = {name: _AsDeclared(source) for name, source in system.units.items()}
     try:
         schedule(system)

@@ -24,6 +24,17 @@ class RecordedElement(NamedTuple):
     """Its index in the column of that type"""
 
 
+class _Conversion(NamedTuple):
+    """Values that have to be converted on their way to an input."""
+
+    type: Type
+    """The type of the input"""
+    slots: slice
+    """Elements of the unit's inputs of that type"""
+    values: Column
+    conversion: Transformation
+
+
 class SignalTable:
     """Memory for all outputs, in the order of the units, and behind them a slot for each input that is held.
 
@@ -46,7 +57,9 @@ class SignalTable:
                     length[kind] += n
             if role == "outputs":
                 self.recorded = dict(length)
+                """By type, the number of elements at the beginning of the column that are outputs"""
         self.columns: dict[Type, Column] = {kind: zeros(kind, n) for kind, n in length.items()}
+        """By type, the values of all elements, (n,)"""
         self._held: set[tuple[str, str]] = set()
         self._gathers: dict[str, list[Operation]] = {}
         for path, value in system.held.items():
@@ -75,52 +88,59 @@ class SignalTable:
         return kind, there if wire.output_element is None else _moved(wire.output_element.at, there.start, 1)
 
     def outputs(self, unit: str) -> TypedColumns:
-        """Where a unit writes its outputs."""
+        """The columns that a unit writes its outputs to."""
         width = widths(self.system.units[unit].interface.outputs)
         return {kind: self.columns[kind][(a := self._first[unit][kind]) : a + n] for kind, n in width.items()}
 
     def inputs(self, unit: str) -> TypedColumns:
-        """Where a unit reads its inputs; `gathers` has to bring them there first."""
-        drivers: dict[str, list[Connection]] = {}
+        """The columns that a unit reads its inputs from, after the calls of `gathers`."""
+        indices, conversions = self._drivers(unit)
+        inputs: dict[Type, Column] = {}
+        self._gathers[unit] = gathers = list[Operation]()
+        for kind, places in indices.items():
+            column = self.columns[kind]
+            apart = any(c.type == kind for c in conversions)
+            if not apart and places == list(range(places[0], places[0] + len(places))):
+                inputs[kind] = column[places[0] : places[0] + len(places)]
+            else:
+                inputs[kind] = zeros(kind, len(places))
+                # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
+                gathers.append(_gather(column, np.array(places), inputs[kind]))
+        gathers += [_convert(c.values, c.conversion, inputs[c.type][c.slots]) for c in conversions]
+        return inputs
+
+    def _drivers(self, unit: str) -> tuple[dict[Type, list[int]], list[_Conversion]]:
+        """By type, the place in the table of each element of a unit's inputs; and the values that are converted.
+
+        The place of an element whose value is converted is its own, where it is held if nothing drives it.
+        """
+        wires: dict[str, list[Connection]] = {}
         for wire in self.system.connections:
             if wire.unit == unit and (unit, wire.input) not in self._held:
-                drivers.setdefault(wire.input, []).append(wire)
+                wires.setdefault(wire.input, []).append(wire)
         indices: dict[Type, list[int]] = {}
-        converted: list[tuple[Type, slice, Column, Transformation]] = []
+        conversions: list[_Conversion] = []
         for variable in self.system.units[unit].interface.inputs:
             kind, slots = self.slots(unit, variable.name, "inputs")
             places = indices.setdefault(kind, [])
             first = len(places)
             places.extend(range(slots.start, slots.stop))
-            for wire in drivers.get(variable.name, ()):
+            for wire in wires.get(variable.name, ()):
                 source, there = self._source(wire)
-                size = there.stop - there.start
-                mine = _moved(wire.input_element.at if wire.input_element else 0, first, size)
+                at = wire.input_element.at if wire.input_element else 0
+                mine = _moved(at, first, there.stop - there.start)
                 if source == kind and wire.conversion == IDENTITY:
                     places[mine] = range(there.start, there.stop)
                 else:
-                    converted.append((kind, mine, self.columns[source][there], wire.conversion))
-        found: dict[Type, Column] = {}
-        self._gathers[unit] = []
-        for kind, places in indices.items():
-            column = self.columns[kind]
-            apart = any(target == kind for target, *_ in converted)
-            if not apart and places == list(range(places[0], places[0] + len(places))):
-                found[kind] = column[places[0] : places[0] + len(places)]
-            else:
-                found[kind] = zeros(kind, len(places))
-                # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
-                self._gathers[unit].append(_gather(column, np.array(places), found[kind]))
-        for kind, mine, values, conversion in converted:
-            self._gathers[unit].append(_convert(values, conversion, found[kind][mine]))
-        return found
+                    conversions.append(_Conversion(kind, mine, self.columns[source][there], wire.conversion))
+        return indices, conversions
 
     def gathers(self, unit: str) -> list[Operation]:
-        """The copies that bring scattered inputs of a unit together."""
+        """The copies that bring scattered inputs of a unit together; valid until `inputs` is called again."""
         return self._gathers[unit]
 
     def read(self, path: str) -> Any:
-        """The value of an output now."""
+        """The present value of an output by its full path: a number, a text, or an array of the variable's shape."""
         unit, _, name = path.partition(".")
         variable = self.system.variable(path)
         kind, slots = self.slots(unit, name, "outputs")
@@ -130,17 +150,17 @@ class SignalTable:
         return values[0].item() if kind.is_number else values[0]
 
     def hold(self, unit: str, name: str, value: Any) -> None:
-        """Give an input a constant value in place of its connections."""
+        """Hold an input at a value in place of its connections, from the next call of `inputs` on."""
         self._keep(unit, name, value)
         self._held.add((unit, name))
 
     def _keep(self, unit: str, name: str, value: Any) -> None:
-        """Give an input the value that it has where nothing drives it."""
+        """Set the value that an input has where nothing drives it."""
         kind, slots = self.slots(unit, name, "inputs")
         self.columns[kind][slots] = np.asarray(value, dtype=None if kind.is_number else object).ravel()
 
     def release(self, unit: str, name: str) -> None:
-        """Give an input back to its connection; one without a connection keeps its value."""
+        """Undo `hold` from the next call of `inputs` on; an input without a connection keeps its value."""
         self._held.discard((unit, name))
 
     def elements(self) -> list[RecordedElement]:
@@ -178,7 +198,7 @@ def _gather(column: Column, places: Column, out: Column) -> Operation:
 
 
 def _convert(values: Column, conversion: Transformation, out: Column) -> Operation:
-    """Bring values of another type or unit to where an input is read."""
+    """A copy of values of another type or unit of measurement to where an input is read."""
 
     def convert() -> None:
         out[:] = values if conversion == IDENTITY else conversion(values)
