@@ -1,4 +1,7 @@
-"""A unit behind a mapping: an echo that is given values in its own terms gives them back in ours."""
+"""A unit behind a mapping: an echo that is given values in its own terms gives them back in ours.
+
+What `fmus/units/adaptation.py` can say is shown here, too.
+"""
 
 from __future__ import annotations
 

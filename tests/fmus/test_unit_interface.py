@@ -1,0 +1,28 @@
+"""A block and the FMUs that are made of it look the same before they run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from components import BLOCKS
+from fmus.reading.opening import open_fmu
+from fmus.units.block_unit import interface_of
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("name", ["bicycle", "stanley", "ramp_traffic"])
+def test_a_block_and_its_fmus_have_the_same_interface(built_fmus, name, version):
+    block = interface_of(BLOCKS[name])
+    fmu = open_fmu(built_fmus / f"fmi{version}" / f"{name}.fmu").interface
+    for role in ("inputs", "outputs", "parameters"):
+        own, read = getattr(block, role), getattr(fmu, role)
+        assert [(v.name, v.shape) for v in own] == [(v.name, v.shape) for v in read]
+        assert [v.quantity.unit for v in own] == [v.quantity.unit for v in read]
+    assert np.array_equal(block.feedthrough, fmu.feedthrough)
+    assert block.output_after_set == fmu.output_after_set
+    assert block.rolls_back
+    assert fmu.rolls_back
+    assert not block.event_mode
+    assert (fmu.clocks == ()) is (not fmu.event_mode)
+    assert fmu.undeclared == frozenset()

@@ -1,0 +1,44 @@
+"""What the process of an isolated unit does with the calls it is sent; across a real border in `test_isolated_unit`."""
+
+from __future__ import annotations
+
+import pytest
+
+from components.interfaces.quantity import Type
+from fmus.units.isolated_messages import Instantiation, UnitCall
+from fmus.units.isolated_process import _Host
+
+
+@pytest.fixture
+def host(built_fmus, tmp_path):
+    path = built_fmus / "fmi3" / "bicycle.fmu"
+    made = _Host(Instantiation("m", path, {}, lenient=False, memory=tmp_path / "columns"))
+    made.carry_out(UnitCall("bind"))
+    made.carry_out(UnitCall("enter_initialization", ({},)))
+    made.carry_out(UnitCall("exit_initialization", get_after=True))
+    yield made
+    made.carry_out(UnitCall("close"))
+
+
+def test_inputs_are_set_before_and_outputs_shown_after_a_call_if_that_is_wanted(host):
+    at_start = host._outputs[Type.FLOAT64].copy()
+    host._inputs[Type.FLOAT64][:] = [0.1, 20.0]
+    assert host.carry_out(UnitCall("step", (0.0, 0.1))).value in (0, None)
+    assert (host._outputs[Type.FLOAT64] == at_start).all()
+    host.carry_out(UnitCall("get", get_after=True))
+    unset = host._outputs[Type.FLOAT64].copy()
+    assert (unset != at_start).any()
+    host.carry_out(UnitCall("step", (0.1, 0.1), set_first=True, get_after=True))
+    host.carry_out(UnitCall("step", (0.2, 0.1), get_after=True))
+    assert (host._outputs[Type.FLOAT64] != unset).any()
+
+
+def test_states_stay_here_and_are_known_by_numbers(host):
+    first, second = (host.carry_out(UnitCall("save")).value for _ in range(2))
+    assert (first, second) == (1, 2)
+    host.carry_out(UnitCall("forget", (first,)))
+    with pytest.raises(KeyError):
+        host.carry_out(UnitCall("restore", (first,)))
+    host.carry_out(UnitCall("restore", (second,)))
+    assert host.carry_out(UnitCall("save")).value == 3
+    assert "fired" not in host._methods, "a unit without Event Mode has no method for it"

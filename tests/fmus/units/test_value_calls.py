@@ -1,0 +1,81 @@
+"""Prepared calls, on functions that are written in Python; values of every type cross in `reading/test_ports.py`."""
+
+from __future__ import annotations
+
+import ctypes
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from components.interfaces.quantity import Type, boolean, quantity, zeros
+from components.interfaces.record import Variable
+from fmus.units.fmi_api import FMI2_API, FMI3_API
+from fmus.units.value_calls import ValueCalls
+
+X = Variable("x", quantity("m", "a length", shape=(2,)).metadata["quantity"])
+VALID = Variable("valid", boolean("whether it is there").metadata["quantity"])
+INSTANCE = 4711
+
+
+class Library:
+    """Its functions note what they are called with."""
+
+    def __init__(self):
+        self.calls = []
+
+    def __getitem__(self, name):
+        def function(*arguments):
+            self.calls.append((name, arguments))
+            return 0
+
+        return function
+
+
+@pytest.fixture
+def library():
+    return Library()
+
+
+def calls(library, api):
+    references = {"x": [5, 6] if api is FMI2_API else [5], "valid": [7]}
+    return ValueCalls(SimpleNamespace(dll=library), api, INSTANCE, references)
+
+
+def at(address, kind, n):
+    return list((kind * n).from_address(address))
+
+
+@pytest.mark.parametrize(
+    ("api", "name", "references"), [(FMI2_API, "fmi2SetReal", [5, 6]), (FMI3_API, "fmi3SetFloat64", [5])]
+)
+def test_numbers_that_the_library_stores_alike_are_not_copied(library, api, name, references):
+    column = np.array([1.5, 2.5])
+    prepared = calls(library, api)
+    set_values = prepared.mover("Set", [X], column)
+    assert set_values() == 0
+    ((called, (instance, first, n, values, *counts)),) = library.calls
+    assert (called, instance, n, values) == (name, INSTANCE, len(references), column.ctypes.data)
+    assert at(first, ctypes.c_uint32, n) == references
+    assert counts == ([] if api is FMI2_API else [2])
+
+
+def test_numbers_that_the_library_stores_otherwise_are_converted_on_their_way(library):
+    column = zeros(Type.BOOLEAN, 1)
+    prepared = calls(library, FMI2_API)
+    column[0] = True
+    prepared.mover("Set", [VALID], column)()
+    name, (_, _, _, values) = library.calls[-1]
+    assert name == "fmi2SetBoolean"
+    assert at(values, ctypes.c_int32, 1) == [1]
+    fetch = prepared.mover("Get", [VALID], column)
+    fetch()
+    assert column.tolist() == [False], "what the library wrote, which is nothing"
+
+
+def test_there_is_one_call_for_each_type(library):
+    columns = {Type.FLOAT64: np.zeros(2), Type.BOOLEAN: zeros(Type.BOOLEAN, 1)}
+    prepared = calls(library, FMI3_API)
+    movers = prepared.movers("Get", [X, VALID], columns)
+    assert [move() for move in movers] == [0, 0]
+    assert [name for name, _ in library.calls] == ["fmi3GetFloat64", "fmi3GetBoolean"]
