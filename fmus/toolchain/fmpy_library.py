@@ -202,10 +202,11 @@ def required_functions(fmu_class: type, version: Version) -> list[str]:
 class Sundials:
     """What FMPy gives of SUNDIALS: its solver, and the functions of the libraries that the solver does not offer.
 
-    The subclass in `fmus.units.cvode_integrator` uses, of the solver's attributes, `cvode_mem` (the integrator), `sunctx` (the
-    context of SUNDIALS), `x` and `px` (the vector of the states and its values), `abstol`, `A` and `LS` (the other
-    objects, which FMPy leaves to be freed), `ehfun_` and `error_info` (the error handler and what it was told), the
-    counts `nx` and `nz`, `discrete` (there are no continuous states), and the callbacks `f` and `g`, which it extends.
+    The subclass in `fmus.units.cvode_integrator` uses, of the solver's attributes, `cvode_mem` (the integrator),
+    `sunctx` (the context of SUNDIALS), `x` and `px` (the vector of the states and its values), `abstol`, `A` and `LS`
+    (the other objects, which FMPy leaves to be freed), `ehfun_` and `error_info` (the error handler and what it was
+    told), the counts `nx` and `nz`, `discrete` (there are no continuous states), and the callbacks `f` and `g`, which
+    it extends.
     """
 
     CVodeSolver: type[CVodeSolver]

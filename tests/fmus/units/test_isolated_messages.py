@@ -7,7 +7,7 @@ import numpy as np
 from components.interfaces.quantity import Type
 from fmus.reading.opening import open_fmu
 from fmus.units.isolated_messages import map_columns, put_texts, texts
-from tests.fmus.reading.test_ports import echo3
+from tests.fmus.reading.test_declared_variables import echo3
 
 
 def test_numbers_lie_in_one_file_whoever_maps_it_first(tmp_path, tmp_path_factory):
