@@ -21,9 +21,9 @@ from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
 from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.schedule import Schedule, schedule
+from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, last_tick
-from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it

@@ -1,4 +1,4 @@
-"""Prepared calls, on functions that are written in Python; values of every type cross in `reading/test_declared_variables.py`."""
+"""Prepared calls, on functions written in Python; `reading/test_declared_variables.py` moves values of every type."""
 
 from __future__ import annotations
 
