@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from components.interfaces.problem import Problem, RequestError
     from components.interfaces.quantity import boolean, enumeration, integer, quantity
     from components.interfaces.record import record
-    from components.interfaces.socket import Socket
+    from components.interfaces.socket import BusTraits, Position, Reading, Socket
     from components.interfaces.sockets import (
         CONTROLLER,
         PLANT,
@@ -47,6 +47,9 @@ if TYPE_CHECKING:
         PlantOutputs,
         TrafficInputs,
         TrafficOutputs,
+        add_socket,
+        remove_socket,
+        standard_wiring,
     )
     from components.traffic.empty_road import EmptyRoad
     from components.traffic.ramp_traffic import RampTraffic
@@ -68,6 +71,7 @@ __all__ = [
     "Bicycle",
     "BicycleSaturated",
     "Block",
+    "BusTraits",
     "Coast",
     "CommonroadMb",
     "CommonroadSt",
@@ -86,9 +90,11 @@ __all__ = [
     "Plan",
     "PlantInputs",
     "PlantOutputs",
+    "Position",
     "Problem",
     "PurePursuit",
     "RampTraffic",
+    "Reading",
     "RequestError",
     "Sampled",
     "Socket",
@@ -103,6 +109,7 @@ __all__ = [
     "VehicleState",
     "Waypoints",
     "add_block",
+    "add_socket",
     "block",
     "boolean",
     "enumeration",
@@ -111,6 +118,8 @@ __all__ = [
     "quantity",
     "record",
     "remove_block",
+    "remove_socket",
+    "standard_wiring",
 ]
 
 __getattr__, __dir__ = facade(
@@ -141,7 +150,7 @@ __getattr__, __dir__ = facade(
         "components.interfaces.problem": ("Problem", "RequestError"),
         "components.interfaces.quantity": ("boolean", "enumeration", "integer", "quantity"),
         "components.interfaces.record": ("record",),
-        "components.interfaces.socket": ("Socket",),
+        "components.interfaces.socket": ("BusTraits", "Position", "Reading", "Socket"),
         "components.interfaces.sockets": (
             "CONTROLLER",
             "PLANT",
@@ -153,6 +162,9 @@ __getattr__, __dir__ = facade(
             "PlantOutputs",
             "TrafficInputs",
             "TrafficOutputs",
+            "add_socket",
+            "remove_socket",
+            "standard_wiring",
         ),
         "components.traffic.empty_road": ("EmptyRoad",),
         "components.traffic.ramp_traffic": ("RampTraffic",),

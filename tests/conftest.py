@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import nullcontext
 
 import pytest
 from hypothesis import settings
@@ -18,6 +19,32 @@ os.environ.setdefault("RERUN_ANALYTICS", "0")
 # (Hypothesis tries the constants of all our modules that are loaded: another choice of tests gets other examples)
 settings.register_profile("macrostep", deadline=None, derandomize=True)
 settings.load_profile("macrostep")
+
+
+class NoRecording(nullcontext):
+    """Takes what a run would record."""
+
+    def __enter__(self):
+        return self
+
+    def begin(self, *_):
+        pass
+
+    def wait_until_open(self):
+        pass
+
+    def end(self, *_):
+        pass
+
+    def wait(self):
+        return ""
+
+
+@pytest.fixture
+def without_pictures(monkeypatch):
+    """Recording and figures have tests of their own."""
+    monkeypatch.setattr("orchestrator.command.main.RecordingProcess", NoRecording)
+    monkeypatch.setattr("orchestrator.pictures.figures.draw", lambda *_: [])
 
 
 @pytest.fixture

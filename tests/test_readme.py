@@ -1,7 +1,8 @@
-"""What the README promises: its commands are taken, its code runs, its files are read, its numbers are true."""
+"""What the READMEs promise: their commands are taken, their code runs, their files are read, their numbers are true."""
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 import shlex
@@ -19,7 +20,13 @@ from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.recording.recording import Afterwards
 
 ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+FRONT = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = {
+    path: path.read_text(encoding="utf-8")
+    for path in (ROOT / folder / "README.md" for folder in (".", "components", "fmus", "orchestrator"))
+}
+README = "\n".join(PAGES.values())
+MOST_LINES = 250
 COMMAND = typer.main.get_command(main.application(SOCKETS.values()))
 
 
@@ -47,6 +54,30 @@ def table(heading: str) -> list[list[str]]:
     """The rows of the first table whose first column has this heading."""
     rows = re.search(rf"^\| {heading} \|.*\n\|[-|]+\n((?:\|.*\n)+)", README, re.MULTILINE)[1]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows.splitlines()]
+
+
+def anchors(text: str) -> set[str]:
+    """What links to the headings of a page end in."""
+    titles = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def test_the_front_page_is_a_way_in():
+    assert len(FRONT.splitlines()) <= MOST_LINES
+    assert len(PAGES) == 4
+    for path in PAGES:
+        name = path.relative_to(ROOT).as_posix()
+        assert name == "README.md" or f"]({name}" in FRONT, name
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_every_link_leads_somewhere(path):
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", PAGES[path]) if not link.startswith("https://")]
+    for link in links:
+        target, _, anchor = link.partition("#")
+        there = path.parent / target if target else path
+        assert there.exists(), link
+        assert not anchor or anchor in anchors(there.read_text(encoding="utf-8")), link
 
 
 @pytest.mark.parametrize("line", commands())
@@ -77,11 +108,19 @@ def test_the_help_of_every_option_says_something():
 
 def test_the_mapping_file_is_read(tmp_path):
     path = tmp_path / "theirs.plant.toml"
-    path.write_text(block("toml", "steering_wheel_angle"), encoding="utf-8")
+    path.write_text(block("toml", "speed_and_slip"), encoding="utf-8")
     found = read_mapping(path)
     assert (found.socket, found.axes, found.fmu) == ("plant", "y_right", tmp_path / "theirs.fmu")
     assert found.velocities == {"state": "speed_and_slip"}
     assert {"state.x", "state.v_x", "state.v_y", "actuation.delta_f", "actuation.T_r"} <= found.signals.keys()
+
+
+def test_the_small_mapping_file_of_the_front_page_is_read(tmp_path):
+    (text,) = re.findall(r"^```toml\n(.*?)^```$", FRONT, re.DOTALL | re.MULTILINE)
+    (tmp_path / "theirs.plant.toml").write_text(text, encoding="utf-8")
+    found = read_mapping(tmp_path / "theirs.plant.toml")
+    assert (found.socket, found.axes) == ("plant", "y_right")
+    assert found.signals.keys() == {"state.x", "state.v_x", "actuation.delta_f"}
 
 
 def test_what_a_scenario_records_is_said_so(tmp_path):
@@ -117,6 +156,29 @@ def test_a_system_is_stepped_from_python():
     assert (frame["plant.actuation.delta_f"][31:36] == 0.05).all()
     assert frame["plant.actuation.delta_f"][36] == frame["controller.actuation.delta_f"][36]
     assert frame["plant.state.x"].iloc[-1] > 80 >= frame["plant.state.x"].iloc[-2]
+
+
+def test_rows_of_a_run_are_read_with_pandas(static_1, monkeypatch, capsys):
+    monkeypatch.chdir(static_1.parents[1])
+    (text,) = [t for t in blocks("python") if "read_parquet" in t and "RrdReader" not in t]
+    exec(text, {})  # noqa: S102 - the README's own code
+    assert "plant.tyre.mu_r" in capsys.readouterr().out
+
+
+def test_a_system_of_one_s_own_is_run(monkeypatch, built_fmus):
+    monkeypatch.chdir(ROOT)
+    assert built_fmus == ROOT / "fmus" / "built"
+    found = {}
+    exec(block("python", "fmus/built/fmi3/bicycle.fmu"), found)  # noqa: S102 - the README's own code
+    assert found["frame"]["plant.state.x"].iloc[-1] == pytest.approx(20.0, rel=0.01)
+
+
+def test_a_block_of_one_s_own_is_run_with_numbers(tmp_path, monkeypatch):
+    declaration, use = (block("python", word) for word in ("class MyVehicle(Continuous", "MyVehicle(m=2000.0"))
+    (tmp_path / "block_of_the_readme.py").write_text(f"{declaration}\n\n{use}", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    frame = importlib.import_module("block_of_the_readme").frame
+    assert frame["plant.state.x"].iloc[-1] == pytest.approx(10.0)
 
 
 def test_a_wrong_request_is_answered_as_it_says(macrostep):

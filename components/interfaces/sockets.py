@@ -116,6 +116,15 @@ def add_socket(socket: Socket) -> None:
         raise refuse(f"socket `{socket.name}`", "a socket of this name", "a name that no other socket has")
 
 
+def remove_socket(name: str) -> None:
+    """Remove a socket that was added; one that is not there is ignored.
+
+    Args:
+        name: The socket's name.
+    """
+    SOCKETS.pop(name, None)
+
+
 def standard_wiring(names: Iterable[str] | None = None) -> dict[str, str]:
     """How units that fill sockets are connected when each has the name of its socket.
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import fmus
@@ -14,7 +15,7 @@ from components.interfaces.progress import Progress
 from fmus.export.build import build_all
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
-from orchestrator.scenario.parameters import parameter_set
+from orchestrator.scenario.parameters import PARAMETERS, block_parameters
 from orchestrator.scenario.resolution import resolve
 
 
@@ -51,8 +52,8 @@ def block_named(name: str, where: str, socket: str | None = None) -> type[Block[
 
 
 def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
-    """The numbers of a block's own parameter set: the start values of its FMU."""
-    found = resolve(block.name, block.parameters(), parameter_set(block.name))
+    """The numbers of a block's own parameter set: the start values of its FMU. Raises `RequestError`."""
+    found = resolve(block.name, block.parameters(), block_parameters(block.name))
     raise_if_any(found.problems)
     return found.values
 
@@ -62,6 +63,7 @@ def ensure_built(
     versions: Sequence[Version],
     folder: Path,
     progress: Progress,
+    values: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
 ) -> dict[tuple[str, Version], Path]:
     """Build the FMUs that are missing or out of date.
 
@@ -70,11 +72,13 @@ def ensure_built(
         versions: The versions of FMI.
         folder: Where the FMUs are kept.
         progress: Called with a line of text for each FMU that is built.
+        values: By name, the start values of blocks that have no parameter set.
 
     Returns:
         The FMU file of each block, by name, and version.
     """
-    requests = [(block, version, default_values(block)) for block in blocks for version in versions]
+    starts = {b: default_values(b) if b.name in PARAMETERS else values.get(b.name, {}) for b in blocks}
+    requests = [(block, version, starts[block]) for block in blocks for version in versions]
     built = build_all(requests, folder, progress)
     return {(block.name, version): b.path for (block, version, _), b in zip(requests, built, strict=True)}
 

@@ -18,7 +18,7 @@ from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import fitted
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.scenario.parameters import parameter_set
+from orchestrator.scenario.parameters import block_parameters
 from orchestrator.scenario.resolution import Resolution, Setting, resolve
 from orchestrator.scenario.scenario_file import SocketFilling
 from orchestrator.system.files import Given
@@ -43,7 +43,7 @@ def filled_by_block(
     socket: str, filling: SocketFilling, block: type[Block[Any, Any, Any]], settings: Sequence[Setting]
 ) -> Filled:
     """A block of the catalogue, with the values of its parameter set under those of the scenario."""
-    found = resolve(socket, block.parameters(), parameter_set(block.name), filling.parameters, settings)
+    found = resolve(socket, block.parameters(), block_parameters(block.name), filling.parameters, settings)
     return Filled(found, block, problems=found.problems)
 
 

@@ -33,3 +33,8 @@ def parameter_set(name: str) -> dict[str, Given]:
         found.update(parameter_set(used))
     found.update(checked(_Set, {"values": content}, path.name).values)
     return found
+
+
+def block_parameters(name: str) -> dict[str, Given]:
+    """The parameter set of a block; a block that a program has added has none, and every value is a scenario's."""
+    return parameter_set(name) if name in PARAMETERS else {}

@@ -161,8 +161,9 @@ def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> di
     """The sources of all units; blocks that run as FMUs are built together, so that compilers work side by side."""
     files: dict[tuple[str, Version], Path] = {}
     if mode != "blocks":
-        native = [one.block for one in filled.values() if one.block is not None and one.block.native]
-        files = ensure_built(native, [mode], built_folder(), progress)
+        native = {one.block: one.resolution.values for one in filled.values() if one.block and one.block.native}
+        values = {block.name: given for block, given in native.items()}
+        files = ensure_built([*native], [mode], built_folder(), progress, values)
     units: dict[str, UnitSource] = {}
     for socket, one in filled.items():
         if one.fmu is not None:

@@ -15,7 +15,7 @@ from fmus import Version
 from fmus.modelica.flat import library
 from orchestrator import Options, RequestError, load, metrics, shown, simulate
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+README = (Path(__file__).parents[2] / "fmus" / "README.md").read_text(encoding="utf-8")
 BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
 OURS = [
     name for name, block in BLOCKS.items() if block.socket.name == "plant" and name != "stationary"

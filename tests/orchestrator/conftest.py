@@ -1,8 +1,7 @@
-"""What these tests share: run folders, runs without pictures, and where pictures can be drawn."""
+"""What these tests share: run folders, and where pictures can be drawn."""
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from shutil import copytree
 
@@ -17,32 +16,6 @@ from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 
 DRIVERS = Path("/usr/share/vulkan/icd.d")
-
-
-class NoRecording(nullcontext):
-    """Takes what a run would record."""
-
-    def __enter__(self):
-        return self
-
-    def begin(self, *_):
-        pass
-
-    def wait_until_open(self):
-        pass
-
-    def end(self, *_):
-        pass
-
-    def wait(self):
-        return ""
-
-
-@pytest.fixture
-def without_pictures(monkeypatch):
-    """Recording and figures have tests of their own."""
-    monkeypatch.setattr("orchestrator.command.main.RecordingProcess", NoRecording)
-    monkeypatch.setattr("orchestrator.pictures.figures.draw", lambda *_: [])
 
 
 @pytest.fixture(scope="session")
