@@ -18,10 +18,10 @@ from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.results.provenance import versions
 from orchestrator.results.run_folder import RECORDING
 
-FIGURES: Final = "figures"
+REPORT_FIGURES: Final = "figures"
 """The folder of the figures inside that of the report"""
 
-VARIED_FIGURE: Final = f"{FIGURES}/varied.png"
+VARIED_FIGURE: Final = f"{REPORT_FIGURES}/varied.png"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Report:
 
 def figure_file(figure: ReportFigure) -> str:
     """The file of a figure, relative to the folder of the report."""
-    return f"{FIGURES}/{figure.name}.png"
+    return f"{REPORT_FIGURES}/{figure.name}.png"
 
 
 def write(report: Report, folder: Path) -> None:

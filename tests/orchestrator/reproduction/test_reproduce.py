@@ -1,4 +1,7 @@
-"""A small reproduction from end to end, and the report's numbers against those in the run folders."""
+"""A small reproduction from end to end, and the report's numbers against those in the run folders.
+
+This also shows `report/report.py`, `report/result_figures.py` and `report/varied_figure.py`.
+"""
 
 from __future__ import annotations
 
