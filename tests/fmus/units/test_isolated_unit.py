@@ -100,7 +100,7 @@ def test_what_cannot_be_instantiated_is_refused_as_in_this_process(tmp_path):
 
 
 def test_states_are_told_apart_after_one_of_them_was_forgotten(built_fmus):
-    unit = Fmu(built_fmus / "fmi3" / "bicycle.fmu", isolated=30.0).make("m")
+    unit = Fmu(built_fmus / "fmi3" / "bicycle.fmu", isolated=30.0).open("m")
     columns = [{k: zeros(k, n) for k, n in widths(v).items()} for v in (unit.interface.inputs, unit.interface.outputs)]
     unit.bind(*columns)
     unit.enter_initialization({})
