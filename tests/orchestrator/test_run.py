@@ -127,7 +127,7 @@ def test_a_fault_stands_in_the_log_of_the_recording_and_on_its_page(tmp_path):
 def test_when_the_recording_process_dies_the_recording_is_written_all_the_same(tmp_path, monkeypatch):
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
-        monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._process.kill() if tick == 16 else None)
+        monkeypatch.setattr(Pacer, "done", lambda _, tick: recording._child._process.kill() if tick == 16 else None)
         finished = execute(made, tmp_path / "r", SILENT, Execution(recording, realtime=1.5, figures=False))
     assert finished.notes == ()
     assert_same_values(tmp_path / "r", made.system)
@@ -138,7 +138,7 @@ def test_when_the_recording_process_hangs_the_recording_is_written_all_the_same(
     monkeypatch.setattr("orchestrator.recording.process._WRITES_WITHIN", 1.0)
     made = static(stop_time=2.0)
     with RecordingProcess() as recording:
-        stop = recording._process.send_signal
+        stop = recording._child._process.send_signal
         monkeypatch.setattr(Pacer, "done", lambda _, tick: stop(signal.SIGSTOP) if tick == 10 else None)
         finished = execute(made, tmp_path / "r", SILENT, Execution(recording, realtime=4.0, figures=False))
     assert finished.notes == ()
@@ -264,7 +264,7 @@ def run_to_be_killed(folder, stepped, recorder_pid):
 
     Pacer.done = done
     with RecordingProcess() as recording:
-        recorder_pid.value = recording._process.pid
+        recorder_pid.value = recording._child._process.pid
         execute(static(stop_time=1000.0), folder, SILENT, Execution(recording, realtime=1.0, figures=False))
 
 

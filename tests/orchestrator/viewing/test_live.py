@@ -90,7 +90,7 @@ def test_nothing_listens_to_other_machines(chosen, count, monkeypatch):
             (address,) = re.findall(r"live in the browser at (\S+)", said[-1])
             with urllib.request.urlopen(address) as page:  # noqa: S310 - our own server
                 assert b"rerun" in page.read().lower()
-        assert not listeners(stream._process._process.pid)
+        assert not listeners(stream._process._child._process.pid)
         server = stream._server
     assert server.returncode is not None
 
