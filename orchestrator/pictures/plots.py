@@ -163,7 +163,7 @@ def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
 
 def limit_parts(limit: Limit) -> tuple[str, ...]:
     """The parts of the entity path of a limit: the root, the parts of its signal, and its side."""
-    return "limits", *limit.signal.path.split("."), "lower" if limit.value < 0 else "upper"
+    return "limits", *limit.signal.parts, "lower" if limit.value < 0 else "upper"
 
 
 def _known(known: Mapping[str, Signal], buses: BusPaths, record: type, names: Sequence[str]) -> tuple[Signal, ...]:

@@ -188,10 +188,10 @@ class RunPicture:
 
     def _series_styles(self) -> Iterator[Style]:
         for signal in (s for s in self.signals if s.is_number):
-            at = self.at("signals", *signal.path.split("."))
+            at = self.at("signals", *signal.parts)
             yield self._lines(at, signal.labels, self._places[signal.path][0])
             if names := list(signal.states.values()):
-                yield self._states(self.at("states", *signal.path.split(".")), names)
+                yield self._states(self.at("states", *signal.parts), names)
         for limit in self.limits:
             at = self.at(*plots.limit_parts(limit))
             yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
@@ -199,9 +199,9 @@ class RunPicture:
     def _signal_shapes(self, columns: SignalColumns) -> Iterator[Shape]:
         for signal in columns.signals:
             values = columns.of(signal.path)
-            yield SeriesValues(entity=self.at("signals", *signal.path.split(".")), values=values)
+            yield SeriesValues(entity=self.at("signals", *signal.parts), values=values)
             if names := signal.states:
-                at = self.at("states", *signal.path.split("."))
+                at = self.at("states", *signal.parts)
                 rows = self._memory.news(at, values[:, None])
                 yield States(entity=at, rows=rows, names=[names.get(v, f"{v:g}") for v in values[rows].tolist()])
         for path, elements in columns.texts.items():

@@ -223,7 +223,7 @@ def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
     """Plots of the same title in one view, whose title names the series if there is room; else a short legend does."""
     contents: list[str] = []
     for run, plot in same:
-        contents += [run.at("signals", *signal.path.split(".")) for signal in plot.signals]
+        contents += [run.at("signals", *signal.parts) for signal in plot.signals]
         contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits]
     limits = [limit for _, plot in same for limit in plot.limits]
     names = list(

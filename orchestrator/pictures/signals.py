@@ -49,6 +49,11 @@ class Signal:
         return f"{self.unit}.{self.variable.name}"
 
     @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """The parts of the full name, which are those of its entity paths too."""
+        return tuple(self.path.split("."))
+
+    @cached_property
     def columns(self) -> tuple[str, ...]:
         """The columns of the results that hold its elements."""
         return tuple(f"{self.unit}.{element}" for element in self.variable.elements)
@@ -56,7 +61,7 @@ class Signal:
     @cached_property
     def entity(self) -> str:
         """The path of its entity in a recording."""
-        return entity("signals", *self.path.split("."))
+        return entity("signals", *self.parts)
 
     @property
     def bus(self) -> str:

@@ -1,4 +1,4 @@
-"""The figures of a run."""
+"""The figures of a run, and the parts that they consist of (`figure_parts`)."""
 
 from __future__ import annotations
 

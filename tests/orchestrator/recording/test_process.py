@@ -1,4 +1,4 @@
-"""The process that records: when it begins, when its run dies, when nothing is asked of it."""
+"""The process that records, on both sides of its pipe: `process`, `messages` and `worker`."""
 
 from __future__ import annotations
 

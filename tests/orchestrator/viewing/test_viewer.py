@@ -1,4 +1,7 @@
-"""Runs in the real viewer: what its pictures hold, view by view, and what is said when it cannot open."""
+"""Runs in the real viewer: what its pictures hold, view by view, and what is said when it cannot open.
+
+The pictures are taken by `photograph` and `recording.viewer_client`; `rerun_program` starts the viewer.
+"""
 
 from __future__ import annotations
 
