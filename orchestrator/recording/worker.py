@@ -21,7 +21,6 @@ from typing_extensions import override
 
 from fmus.toolchain.child_process import ParentProcess
 from orchestrator.recording.messages import NewRows, RecordingRequest
-from orchestrator.results.run_folder import SYSTEM
 
 MessageQueue: TypeAlias = "queue.SimpleQueue[bytes | None]"
 """Pickled messages in the order in which they came; None after the last"""
@@ -76,6 +75,7 @@ def _next(messages: MessageQueue) -> Any:
 def _record(messages: MessageQueue, receiver: threading.Thread, parent: ParentProcess) -> None:
     # These are slow to import; the other process prepares the run at the same time.
     from orchestrator.recording.recording import Recording, joined  # noqa: PLC0415
+    from orchestrator.results.run_folder import SYSTEM  # noqa: PLC0415
     from orchestrator.ssp import archive  # noqa: PLC0415
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415
 

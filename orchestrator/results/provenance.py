@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
-from importlib import metadata
 from typing import Any, Final
 
 _LIBRARIES: Final = ("casadi", "fmpy", "numpy", "pandas", "rerun-sdk")
@@ -12,12 +11,16 @@ _LIBRARIES: Final = ("casadi", "fmpy", "numpy", "pandas", "rerun-sdk")
 
 def versions() -> dict[str, str]:
     """The versions of macrostep, of Python and of the libraries that a result can depend on, by name."""
+    from importlib import metadata  # noqa: PLC0415 - slow to import, and the facts of a summary do not need it
+
     found = {"macrostep": own_version(), "python": platform.python_version()}
     return found | {name: metadata.version(name) for name in _LIBRARIES}
 
 
 def own_version() -> str:
     """The version of macrostep, also when it runs from a checkout without being installed."""
+    from importlib import metadata  # noqa: PLC0415
+
     try:
         return metadata.version("macrostep")
     except metadata.PackageNotFoundError:
