@@ -15,7 +15,8 @@ from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit_interface import Interface
 from fmus.units.unit import UnitError
-from orchestrator.mapping.fitting import Fitting, fit
+from orchestrator.mapping.fitting import fit
+from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
@@ -212,9 +213,8 @@ def _rows(fitting: Fitting) -> list[str]:
         )
         for row in shown
     )
-    shown_remarks = {row.remark for row in shown}
-    others = [remark for remark in fitting.remarks if remark not in shown_remarks]
-    return [*lines, *(f"  note: {remark}" for remark in others)]
+    shown_signals = {row.signal.name for row in shown}
+    return [*lines, *(f"  note: {r.text}" for r in fitting.noticed if r.signal not in shown_signals)]
 
 
 def _verdict(fitting: Fitting) -> str:

@@ -14,7 +14,8 @@ from components.interfaces.socket import Socket
 from fmus.unit_interface import Interface
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
-from orchestrator.mapping.fitting import Fitting, fit
+from orchestrator.mapping.fitting import fit
+from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import MappingFile, written
 from orchestrator.system.source import Fmu, SourceDescription, UnitSource
 

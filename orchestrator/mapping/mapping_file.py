@@ -5,7 +5,7 @@ Each bus of the socket is a table with one entry per signal:
 * ``x = "pos_x"``: the foreign variable that stands for it; for an array a list of variables, or ``"obj[*].x"``;
 * ``v_x = { variable = "speed", unit = "km/h", factor = 1, offset = { value = 0, unit = "m/s" } }``, which means
   ``v_x = factor * speed + offset``, in either direction; inputs may have limits `min` and `max`;
-* ``delta_f = { variable = "wheel", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }``: see `ROLES`;
+* ``delta_f = { variable = "wheel", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }``: see `roles`;
 * ``v_y = { constant = { value = 0, unit = "m/s" } }`` for what the FMU does not show, ``{ unused = true }`` for what it
   does not read; ``"?"`` is still to be filled in.
 
@@ -15,36 +15,31 @@ say the rest.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from components.interfaces.socket import Position
 
-ROLES: Final[Mapping[str, tuple[str, ...]]] = {
-    "steering_wheel_angle": ("ratio",),
-    "steering_rate": ("limit",),
-    "axle_torque": (),
-    "wheel_force": ("R_w",),
-    "force": ("R_w",),
-    "acceleration": ("R_w", "m"),
-}
-"""What the FMU may have in place of `delta_f` or `T_r`, and the numbers that say how much that is"""
-STEERING: Final = frozenset({"steering_wheel_angle", "steering_rate"})
 POINTS: Final = ("centre_of_gravity", "rear_axle", "front_axle", "ahead")
 ENDS: Final = ("centre", "rear_bumper", "front_bumper")
 REFERENCES: Final[Mapping[Position, tuple[str, ...]]] = {Position.VEHICLE: POINTS, Position.BOX: ENDS}
 """What the positions on a bus may refer to; the first of each is ours"""
-VELOCITIES: Final = ("body", "road", "speed_and_slip")
+SPEED_AND_SLIP: Final = "speed_and_slip"
+VELOCITIES: Final = ("body", "road", SPEED_AND_SLIP)
+"""How the velocity of a vehicle may be given; the first is ours"""
+POLAR_NAMES: Final[Mapping[str, str]] = {"v_x": "v", "v_y": "beta"}
+"""What a file with speed and slip angle calls what it gives in place of the components of the velocity"""
 AXES: Final = ("iso8855", "y_right")
+"""Systems of axes; the first is ours"""
 TO_FILL: Final = "?"
+"""What stands in a template in place of a variable"""
 
 
 @dataclass(frozen=True)
 class Amount:
-    """A number with its unit."""
+    """A value with its unit of measurement."""
 
     value: Any
     unit: str = "1"
@@ -56,11 +51,15 @@ class Entry:
 
     variables: tuple[str, ...] = ()
     unit: str | None = None
+    """Unit of measurement in place of the one that the FMU declares"""
     role: str | None = None
+    """What the variable is in place of the signal: a name in `roles.ROLES`"""
     angle: str | None = None
+    """For a rate: the output that shows the signal itself"""
     constant: Amount | None = None
     unused: bool = False
     numbers: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
+    """Factor, offset, limits, and the numbers of the role"""
 
     @property
     def missing(self) -> bool:
@@ -89,55 +88,70 @@ class MappingFile:
 
 
 def written(mapping: MappingFile, fmu: str | None = None) -> str:
-    """The mapping as TOML that reads back as the same mapping; `fmu` names the file."""
-    lines = [f"fmu = {quoted(fmu)}"] if fmu else []
-    lines += [f"socket = {quoted(mapping.socket or '')}"]
-    lines += [f"axes = {quoted(mapping.axes)}"] if mapping.axes != AXES[0] else []
+    """A mapping as TOML that reads back as the same mapping.
+
+    Args:
+        mapping: The mapping.
+        fmu: The FMU's path, relative to where the text will stand; without it the text names no FMU.
+    """
+    lines = [f"fmu = {toml_value(fmu)}"] if fmu else []
+    lines += [f"socket = {toml_value(mapping.socket or '')}"]
+    lines += [f"axes = {toml_value(mapping.axes)}"] if mapping.axes != AXES[0] else []
     lines += [] if mapping.feedthrough else ["feedthrough = false"]
     buses = dict.fromkeys([*(s.partition(".")[0] for s in mapping.signals), *mapping.references, *mapping.velocities])
     for bus in buses:
-        lines += ["", f"[{bus}]"]
-        if bus in mapping.references:
-            point, distance = mapping.references[bus]
-            far = f", distance = {amount_text(distance)}" if distance else ""
-            lines.append(f"reference = {{ point = {quoted(point)}{far} }}")
-        velocity = mapping.velocities.get(bus, VELOCITIES[0])
-        lines += [f"velocity = {quoted(velocity)}"] if velocity != VELOCITIES[0] else []
-        names = {"v_x": "v", "v_y": "beta"} if velocity == VELOCITIES[2] else {}
-        for signal, entries in mapping.signals.items():
-            if signal.partition(".")[0] == bus:
-                leaf = signal.partition(".")[2]
-                lines.append(f"{names.get(leaf, leaf)} = {entries_text(entries)}")
+        lines += ["", f"[{bus}]", *_bus_lines(bus, mapping)]
     for key, amounts in (("constants", mapping.constants), ("parameters", mapping.parameters)):
         lines += ["", f"[{key}]"] if amounts else []
-        lines += [f"{quoted(name)} = {amount_text(amount)}" for name, amount in amounts.items()]
+        lines += [f"{toml_value(name)} = {toml_value(_amount_table(amount))}" for name, amount in amounts.items()]
     return "\n".join(lines) + "\n"
 
 
-def entries_text(entries: tuple[Entry, ...]) -> str:
+def _bus_lines(bus: str, mapping: MappingFile) -> Iterator[str]:
+    if bus in mapping.references:
+        point, distance = mapping.references[bus]
+        far = {"distance": _amount_table(distance)} if distance else {}
+        yield f"reference = {toml_value({'point': point, **far})}"
+    velocity = mapping.velocities.get(bus, VELOCITIES[0])
+    if velocity != VELOCITIES[0]:
+        yield f"velocity = {toml_value(velocity)}"
+    names = POLAR_NAMES if velocity == SPEED_AND_SLIP else {}
+    for signal, entries in mapping.signals.items():
+        of, _, leaf = signal.partition(".")
+        if of == bus:
+            yield f"{names.get(leaf, leaf)} = {entries_text(entries)}"
+
+
+def entries_text(entries: Sequence[Entry]) -> str:
     """The entries of one signal as a TOML value."""
-    texts = [_entry_text(entry) for entry in entries]
-    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+    values = [_entry_value(entry) for entry in entries]
+    return toml_value(values[0] if len(values) == 1 else values)
 
 
-def _entry_text(entry: Entry) -> str:
+def _entry_value(entry: Entry) -> Any:
     if entry.unused:
-        return "{ unused = true }"
+        return {"unused": True}
     if entry.constant is not None:
-        return f"{{ constant = {amount_text(entry.constant)} }}"
-    names = [quoted(name) for name in entry.variables]
-    variable = names[0] if len(names) == 1 else f"[{', '.join(names)}]"
-    parts = {"unit": entry.unit, "as": entry.role, "angle": entry.angle}
-    told = [f"{key} = {quoted(text)}" for key, text in parts.items() if text is not None]
-    told += [f"{key} = {amount_text(amount)}" for key, amount in entry.numbers.items()]
-    return f"{{ variable = {variable}, {', '.join(told)} }}" if told else variable
+        return {"constant": _amount_table(entry.constant)}
+    variable = entry.variables[0] if len(entry.variables) == 1 else entry.variables
+    texts = {"unit": entry.unit, "as": entry.role, "angle": entry.angle}
+    more = {key: text for key, text in texts.items() if text is not None}
+    more |= {key: _amount_table(amount) for key, amount in entry.numbers.items()}
+    return {"variable": variable, **more} if more else variable
 
 
-def amount_text(amount: Amount) -> str:
-    """A number with its unit as a TOML value."""
-    return f"{{ value = {quoted(amount.value)}, unit = {quoted(amount.unit)} }}"
+def _amount_table(amount: Amount) -> dict[str, Any]:
+    return {"value": amount.value, "unit": amount.unit}
 
 
-def quoted(value: Any) -> str:
-    """A text, number, truth value or list as TOML."""
-    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+def toml_value(value: Any) -> str:
+    """A value as TOML spells it, lists and dictionaries in one line; the keys of a dictionary must be bare keys."""
+    from tomlkit import item  # noqa: PLC0415 - takes 50 ms to import, and most runs write no mapping
+
+    if isinstance(value, Mapping):
+        table = cast(Mapping[str, Any], value)
+        # tomlkit itself leaves no space inside the braces
+        return f"{{ {', '.join(f'{key} = {toml_value(part)}' for key, part in table.items())} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml_value, cast(Sequence[Any], value)))}]"
+    return item(value).as_string()  # type: ignore[unknown] - tomlkit leaves it open

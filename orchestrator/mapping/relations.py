@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from components.interfaces.conversion import IDENTITY, Linear, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean
@@ -23,175 +23,191 @@ from fmus.units.conventions import (
     RoadFrameVelocity,
     SpeedAndSlip,
 )
-from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile
-
-ROLE_UNITS: Final[Mapping[str, str]] = {
-    "steering_wheel_angle": "rad",
-    "steering_rate": "rad/s",
-    "axle_torque": "N.m",
-    "wheel_force": "N",
-    "force": "N",
-    "acceleration": "m/s2",
-}
-_UNITS: Mapping[str, str] = {"ratio": "1", "R_w": "m", "m": "kg", "limit": "rad/s"}
-_SCALES: Mapping[str, Callable[[Mapping[str, float]], float]] = {
-    "steering_wheel_angle": lambda n: n["ratio"],
-    "steering_rate": lambda _: 1.0,
-    "axle_torque": lambda _: 2.0,
-    "wheel_force": lambda n: 1 / n["R_w"],
-    "force": lambda n: 2 / n["R_w"],
-    "acceleration": lambda n: 2 / (n["R_w"] * n["m"]),
-}
-"""What the role's quantity is for one unit of our signal; `T_r` is the torque on one of two rear wheels"""
+from orchestrator.mapping.mapping_file import SPEED_AND_SLIP, Amount, Entry, MappingFile
+from orchestrator.mapping.roles import ROLE_NUMBERS, ROLES
 
 
 @dataclass
-class Relations:
-    """Makes links for one FMU and gathers what is wrong with the entries."""
+class EntryRelation:
+    """One entry that names variables: becomes a link, and gathers what is wrong with the entry."""
 
+    key: str
+    """What messages call the entry"""
+    signal: Variable
+    entry: Entry
     socket: Socket
-    where: str
-    """The mapping file's name, for messages"""
-    unit_of: Mapping[str, str]
-    """Units of signals that are given in another form than ours (the slip angle)"""
-    mirrored: bool
-    problems: list[Problem]
+    mapping: MappingFile
+    problems: list[Problem] = field(default_factory=list[Problem])
 
-    def link(self, key: str, signal: Variable, entry: Entry, offered: Sequence[Variable]) -> Link | None:
-        """The link of an entry that names variables; None where it is wrong. `key` is what messages call it."""
-        found = self.places(key, signal, entry.variables, offered)
+    def link(self, offered: Sequence[Variable]) -> Link | None:
+        """The link to the variables among those `offered`; `None` where the entry is wrong."""
+        found = self._places(offered)
         if found is None:
             return None
-        places, quantity = found
-        if entry.unit is not None:
-            quantity = replace(quantity, unit=entry.unit, base=None)
-        relation = self.relation(key, signal, quantity, entry)
+        places, theirs = found
+        if self.entry.unit is not None:
+            theirs = replace(theirs, unit=self.entry.unit, base=None)
+        relation = self._relation(theirs)
         if relation is None:
             return None
-        limits = {n: self.limit(key, n, entry, quantity) for n in ("min", "max")}
-        low, high = limits["min"], limits["max"]
+        low, high = (self._limit(name, theirs) for name in ("min", "max"))
         return Link(
-            signal.name, places, relation, -math.inf if low is None else low, math.inf if high is None else high
+            self.signal.name,
+            places,
+            relation,
+            -math.inf if low is None else low,
+            math.inf if high is None else high,
         )
 
-    def rate(self, key: str, signal: Variable, entry: Entry, link: Link, shown: Sequence[Variable]) -> RateInput | None:
-        """A steering-rate input, with the FMU's own steering angle where it shows it."""
-        limit = self.number(f"{key}.limit", entry, "limit")
-        if entry.angle is None:
-            return RateInput(link, None, math.inf if limit is None else limit)
-        angle = self.link(f"{key}.angle", signal, Entry(variables=(entry.angle,)), shown)
-        return None if angle is None else RateInput(link, angle, math.inf if limit is None else limit)
+    def rate_input(self, link: Link, shown: Sequence[Variable]) -> RateInput | None:
+        """The input that takes the rate of the signal by `link`, with the FMU's own value where it is `shown`."""
+        limit = self._role_number("limit")
+        bound = math.inf if limit is None else limit
+        if self.entry.angle is None:
+            return RateInput(link, None, bound)
+        present = replace(self, key=f"{self.key}.angle", entry=Entry(variables=(self.entry.angle,))).link(shown)
+        return None if present is None else RateInput(link, present, bound)
 
-    def places(
-        self, key: str, signal: Variable, names: Sequence[str], offered: Sequence[Variable]
-    ) -> tuple[tuple[VariableElement, ...], Quantity] | None:
-        """The elements that `names` stand for, and what they are."""
+    def _wrong(self, found: str, valid: str, remedy: str = "", part: str = "") -> None:
+        self.problems.append(Problem(f"{self.key}{part}", found, valid, remedy))
+
+    def _places(self, offered: Sequence[Variable]) -> tuple[tuple[VariableElement, ...], Quantity] | None:
+        """The elements that the entry names, and what they are."""
         known = {v.name: v for v in offered}
         elements = {e: (v.name, i) for v in offered for i, e in enumerate(v.elements)}
-        found: list[VariableElement] = []
-        for name in names:
+        places: list[VariableElement] = []
+        for name in self.entry.variables:
             if name in known:
-                found += [(name, i) for i in range(known[name].size)]
+                places += [(name, i) for i in range(known[name].size)]
             elif name in elements:
-                found.append(elements[name])
+                places.append(elements[name])
             elif "*" in name and (several := _numbered(name, elements)):
-                found += [elements[element] for element in several]
+                places += [elements[element] for element in several]
             else:
                 remedy = did_you_mean(name, [*known, *elements])
-                self.problems.append(Problem(key, f"the unknown variable `{name}`", choices(known), remedy))
+                self._wrong(f"the unknown variable `{name}`", choices(known), remedy)
                 return None
-        size = 1 if not signal.shape else signal.shape[0]
-        partial = self.socket.bus(signal.name).partial
-        fits = len(found) == size or (size == ANY_LENGTH and found) or (0 < len(found) < size and partial)
-        if not fits:
-            valid = "1 element" if not signal.shape else f"{'up to ' * partial}{size} elements"
-            self.problems.append(Problem(key, f"{len(found)} elements in {', '.join(f'`{n}`' for n in names)}", valid))
-            return None
-        return tuple(found), known[found[0][0]].quantity
+        shape = self.signal.shape
+        size = shape[0] if shape else 1
+        partial = self.socket.bus(self.signal.name).partial
+        if len(places) == size or (places and (size == ANY_LENGTH or (partial and len(places) < size))):
+            return tuple(places), known[places[0][0]].quantity
+        valid = f"{'up to ' * partial}{size} elements" if shape else "1 element"
+        self._wrong(f"{len(places)} elements in {', '.join(f'`{n}`' for n in self.entry.variables)}", valid)
+        return None
 
-    def relation(self, key: str, signal: Variable, theirs: Quantity, entry: Entry) -> Linear | None:
-        """From theirs to ours: units, factor, offset, axes and role in one."""
-        ours = signal.quantity
-        if not ours.type.is_float:
-            return self._plain(key, theirs, ours)
-        wanted = replace(ours, unit=ROLE_UNITS.get(entry.role or "", self.unit_of.get(signal.name, ours.unit)))
-        if not theirs.type.is_float and entry.unit is None:
+    def _relation(self, theirs: Quantity) -> Linear | None:
+        """From theirs to ours: units of measurement, factor, offset, axes and role in one."""
+        if not self.signal.quantity.type.is_float:
+            return self._plain(theirs)
+        role = ROLES.get(self.entry.role or "")
+        wanted = replace(self.signal.quantity, unit=role.unit if role else unit_given(self.signal, self.mapping))
+        if not theirs.type.is_float and self.entry.unit is None:
             theirs = replace(theirs, unit="")
-        factor = entry.numbers.get("factor", Amount(1.0))
+        factor = self.entry.numbers.get("factor", Amount(1.0))
         converted = conversion(theirs, wanted) if factor.unit == "1" else _product(factor, theirs, wanted)
-        numbers = {n: self.number(f"{key}.{n}", entry, n) for n in ("ratio", "R_w", "m") if n in entry.numbers}
-        offset = self._offset(key, entry, wanted)
+        names = [name for name in role.numbers if ROLE_NUMBERS[name].required] if role else []
+        numbers = {name: number for name in names if (number := self._role_number(name)) is not None}
+        offset = self._offset(wanted)
         if converted is None:
-            remedy = 'If the FMU declares its unit wrongly, say unit = "..." in a mapping file.'
-            text = f"{', '.join(f'`{n}`' for n in entry.variables)}: {describe(theirs)}"
-            valid = f"a unit that converts to `{wanted.unit}`"
-            if factor.unit != "1":
-                text, valid, remedy = f"{text}, times a factor in `{factor.unit}`", f"`{wanted.unit}`", ""
-            self.problems.append(Problem(key, text, valid, remedy))
+            self._other_dimension(theirs, wanted, factor)
             return None
-        if offset is None or None in numbers.values():
+        if offset is None or len(numbers) < len(names):
             return None
+        scale = role.scale(numbers) if role else 1.0
         value = _float(factor.value)
-        scale = _SCALES[entry.role]({n: v for n, v in numbers.items() if v}) if entry.role else 1.0
         if value == 0 or scale == 0 or not math.isfinite(value * scale):
-            self.problems.append(Problem(f"{key}.factor", f"{value:g}", "a finite number other than 0"))
+            self._wrong(f"{value:g}", "a finite number other than 0", part=".factor")
             return None
-        sign = -1.0 if self.mirrored and signal.name.partition(".")[2] in LEFTWARD else 1.0
+        sign = -1.0 if self.mapping.axes == "y_right" and self.signal.name.partition(".")[2] in LEFTWARD else 1.0
         whole = Linear(sign * value, sign * offset).after(converted)
         return Linear(whole.factor / scale, whole.offset / scale) if scale != 1 else whole
 
-    def _plain(self, key: str, theirs: Quantity, ours: Quantity) -> Linear | None:
-        """Booleans, whole numbers and enumerations have no unit; a number may stand for them."""
+    def _other_dimension(self, theirs: Quantity, wanted: Quantity, factor: Amount) -> None:
+        found = f"{', '.join(f'`{n}`' for n in self.entry.variables)}: {describe(theirs)}"
+        if factor.unit != "1":
+            self._wrong(f"{found}, times a factor in `{factor.unit}`", f"`{wanted.unit}`")
+            return
+        remedy = 'If the FMU declares its unit wrongly, say unit = "..." in a mapping file.'
+        self._wrong(found, f"a unit that converts to `{wanted.unit}`", remedy)
+
+    def _plain(self, theirs: Quantity) -> Linear | None:
+        """Booleans, integers and enumerations have no unit of measurement; a number may stand for them."""
+        ours = self.signal.quantity
         items = [{i.name: i.value for i in q.enumeration} if q.enumeration else {} for q in (theirs, ours)]
         if ours.type is Type.ENUMERATION and items[0] and items[0] != items[1]:
-            self.problems.append(Problem(key, f"the enumeration {items[0]}", str(items[1])))
+            self._wrong(f"the enumeration {items[0]}", str(items[1]))
             return None
         return IDENTITY
 
-    def number(self, key: str, entry: Entry, name: str) -> float | None:
-        """A number of the entry in its SI unit; None where there is none, or a wrong one."""
-        amount = entry.numbers.get(name)
-        return None if amount is None else self.amount(key, amount, _UNITS[name], positive=True)
-
-    def amount(self, key: str, amount: Amount, unit: str, *, positive: bool = False) -> float | None:
-        """A number in `unit`; None where it measures something else."""
-        found = unit_conversion(Quantity(amount.unit, ""), Quantity(unit, ""))
-        if found is None or not amount.unit:
-            self.problems.append(Problem(key, f"unit `{amount.unit}`", f"a unit that converts to `{unit}`"))
+    def _role_number(self, name: str) -> float | None:
+        """A number of the role in its unit of measurement; `None` where there is none, or a wrong one."""
+        amount = self.entry.numbers.get(name)
+        if amount is None:
             return None
-        value = float(found(_float(amount.value)))
-        if not math.isfinite(value) or (positive and value <= 0):
-            self.problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
+        return amount_in(ROLE_NUMBERS[name].unit, f"{self.key}.{name}", amount, self.problems, positive=True)
+
+    def _limit(self, name: str, theirs: Quantity) -> float | None:
+        """A limit in the unit of measurement of the variable."""
+        amount = self.entry.numbers.get(name)
+        if amount is None:
             return None
-        return value
+        return amount_in(theirs.unit or amount.unit, f"{self.key}.{name}", amount, self.problems)
 
-    def conventions(self, bus: str, mapping: MappingFile) -> Iterator[Convention]:
-        """From the FMU's way of giving a bus to ours, in this order."""
-        velocity = mapping.velocities.get(bus)
-        if velocity == "speed_and_slip":
-            yield SpeedAndSlip()
-        elif velocity == "road":
-            yield RoadFrameVelocity()
-        point, amount = mapping.references.get(bus, ("", None))
-        if amount is not None:
-            distance = self.amount(f"{mapping.where}: {bus}.reference.distance", amount, "m")
-            if distance is not None:
-                yield ReferencePoint(-distance if point == "rear_axle" else distance)
-        elif point in {"rear_bumper", "front_bumper"}:
-            yield BoxEnd(-0.5 if point == "rear_bumper" else 0.5)
+    def _offset(self, wanted: Quantity) -> float | None:
+        amount = self.entry.numbers.get("offset")
+        return 0.0 if amount is None else amount_in(wanted.unit, f"{self.key}.offset", amount, self.problems)
 
-    def limit(self, key: str, name: str, entry: Entry, theirs: Quantity) -> float | None:
-        """A limit in the unit of the variable."""
-        amount = entry.numbers.get(name)
-        return None if amount is None else self.amount(f"{key}.{name}", amount, theirs.unit or amount.unit)
 
-    def _offset(self, key: str, entry: Entry, wanted: Quantity) -> float | None:
-        amount = entry.numbers.get("offset")
-        return 0.0 if amount is None else self.amount(f"{key}.offset", amount, wanted.unit)
+def amount_in(unit: str, key: str, amount: Amount, problems: list[Problem], *, positive: bool = False) -> float | None:
+    """A number of a mapping file in another unit of measurement.
+
+    Args:
+        unit: The unit of measurement that is wanted.
+        key: What messages call the number.
+        amount: The number, with its own unit of measurement.
+        problems: Where a number that cannot be converted, or is not finite, is told.
+        positive: Whether the number must be greater than 0.
+
+    Returns:
+        The number; `None` where it is wrong.
+    """
+    found = unit_conversion(Quantity(amount.unit, ""), Quantity(unit, ""))
+    if found is None or not amount.unit:
+        problems.append(Problem(key, f"unit `{amount.unit}`", f"a unit that converts to `{unit}`"))
+        return None
+    value = float(found(_float(amount.value)))
+    if not math.isfinite(value) or (positive and value <= 0):
+        problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
+        return None
+    return value
+
+
+def unit_given(signal: Variable, mapping: MappingFile) -> str:
+    """The unit of measurement in which a file gives a signal: ours, or that of the slip angle in place of `v_y`."""
+    bus, _, leaf = signal.name.partition(".")
+    slip_angle = leaf == "v_y" and mapping.velocities.get(bus) == SPEED_AND_SLIP
+    return "rad" if slip_angle else signal.quantity.unit
+
+
+def conventions(bus: str, mapping: MappingFile, problems: list[Problem]) -> Iterator[Convention]:
+    """What leads from the FMU's way of giving a bus to ours, in this order; what is wrong goes to `problems`."""
+    velocity = mapping.velocities.get(bus)
+    if velocity == SPEED_AND_SLIP:
+        yield SpeedAndSlip()
+    elif velocity == "road":
+        yield RoadFrameVelocity()
+    point, amount = mapping.references.get(bus, ("", None))
+    if amount is not None:
+        distance = amount_in("m", f"{mapping.where}: {bus}.reference.distance", amount, problems)
+        if distance is not None:
+            yield ReferencePoint(-distance if point == "rear_axle" else distance)
+    elif point in {"rear_bumper", "front_bumper"}:
+        yield BoxEnd(-0.5 if point == "rear_bumper" else 0.5)
 
 
 def _float(value: Any) -> float:
-    """A number, as TOML has it; NaN for what is none, or too large."""
+    """A number as TOML has it; NaN for what is no number, or too large for a float."""
     try:
         return float(value) if isinstance(value, int | float) else math.nan
     except OverflowError:
@@ -199,13 +215,13 @@ def _float(value: Any) -> float:
 
 
 def conversion(theirs: Quantity, ours: Quantity) -> Linear | None:
-    """The change of unit; a file that defines `deg` without the radian means what everybody means by it."""
+    """The change of unit of measurement; a file that defines `deg` without the radian still means degrees."""
     found = unit_conversion(theirs, ours)
     return unit_conversion(replace(theirs, base=None), ours) if found is None else found
 
 
 def _product(factor: Amount, theirs: Quantity, wanted: Quantity) -> Linear | None:
-    """The conversion where the factor has a unit: that of theirs times the factor's measures what ours does."""
+    """The conversion where the factor has a unit of measurement, by which theirs comes to measure what ours does."""
     f, b, w = Quantity(factor.unit, "").base_unit, theirs.base_unit or BaseUnit({}), wanted.base_unit
     if f is None or w is None:
         return None

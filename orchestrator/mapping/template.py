@@ -13,9 +13,10 @@ from components.interfaces.problem import refuse
 from components.interfaces.record import Variable
 from components.interfaces.socket import Position, Socket
 from fmus.unit_interface import Interface
-from orchestrator.mapping.fitting import Fitting, Row
-from orchestrator.mapping.mapping_file import ROLES, STEERING, TO_FILL, entries_text, quoted
-from orchestrator.mapping.relations import ROLE_UNITS, conversion
+from orchestrator.mapping.fitting_result import FittedSignal, Fitting
+from orchestrator.mapping.mapping_file import TO_FILL, entries_text, toml_value
+from orchestrator.mapping.relations import conversion
+from orchestrator.mapping.roles import roles_of
 
 _SYNONYMS: Final = {
     "x": "pos_x position_x east forward",
@@ -35,10 +36,7 @@ _VEHICLE_HINT: Final = (
 )
 _BOX_HINT: Final = '# reference = "rear_bumper"  # ours: centre; for arrays of structures: x = "object[*].x"'
 _HINTS_OF_SIGNALS: Final = {
-    "delta_f": 'or { variable = "...", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }, '
-    'as = "steering_rate"',
-    "T_r": 'or as = "axle_torque", "wheel_force", "force", "acceleration"; several: [{ ... }, { ... }]'
-    "; not read: { unused = true }",
+    "T_r": "several: [{ ... }, { ... }]; not read: { unused = true }",
     "v_y": 'not shown: { constant = { value = 0, unit = "m/s" } }',
     "valid": "not shown: { constant = true }",
     "length": 'not shown: { constant = { value = 4.5, unit = "m" } }',
@@ -57,7 +55,7 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
         '# SIGNAL = "VARIABLE", or SIGNAL = { variable = "VARIABLE", unit = "km/h", factor = 1, offset = ... }:',
         "#   signal = factor * variable + offset. Units are converted; `unit` is for FMUs that are wrong or silent.",
         f'# "{TO_FILL}" is to be filled in.',
-        f"fmu = {quoted(fmu)}",
+        f"fmu = {toml_value(fmu)}",
         f'socket = "{socket.name}"',
         '# axes = "y_right"  # y to the right, z down; ours: iso8855, y to the left',
         "# feedthrough = false  # its outputs show by stepping, though it declares that they depend on its inputs",
@@ -74,7 +72,8 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
             "# Inputs of the FMU that no signal drives; they keep their start value if not given.",
         ]
         lines += [
-            f"# {quoted(v.name)} = {{ value = {_start(v, theirs)}, unit = {quoted(v.quantity.unit)} }}" for v in free
+            f"# {toml_value(v.name)} = {{ value = {_start(v, theirs)}, unit = {toml_value(v.quantity.unit)} }}"
+            for v in free
         ]
     return "\n".join(lines) + "\n"
 
@@ -96,15 +95,15 @@ def relative(fmu: Path, folder: Path) -> str:
 
 
 def _bus(
-    bus: str, position: Position | None, rows: Sequence[Row], fitting: Fitting, theirs: Interface
+    bus: str, position: Position | None, rows: Sequence[FittedSignal], fitting: Fitting, theirs: Interface
 ) -> Iterator[str]:
-    role = rows[0].role
+    shown = rows[0].direction == "outputs"
     known = any(row.signal.name in fitting.mapping.signals for row in rows)
     needed = any(row.needed for row in rows)
     mark = "" if known or needed else "# "
-    what = "what it shows" if role == "outputs" else "what it reads"
+    what = "what it shows" if shown else "what it reads"
     yield f"{mark}[{bus}]  # {what}{'' if needed else ', optional'}"
-    if position is Position.VEHICLE and role == "outputs":
+    if position is Position.VEHICLE and shown:
         yield _VEHICLE_HINT
     elif position is Position.BOX:
         yield _BOX_HINT
@@ -112,17 +111,23 @@ def _bus(
         yield mark + _line(row, fitting, theirs).removeprefix(mark)
 
 
-def _line(row: Row, fitting: Fitting, theirs: Interface) -> str:
+def _line(row: FittedSignal, fitting: Fitting, theirs: Interface) -> str:
     leaf = row.signal.name.partition(".")[2]
     q = row.signal.quantity
     told = f"{f'[{q.unit}] ' if q.type.is_float else ''}{q.description}"
     entries = fitting.mapping.signals.get(row.signal.name)
     if entries:
         return f"{leaf} = {entries_text(entries)}  # {told}{f' ({row.note})' if row.note else ''}"
-    hint = _HINTS_OF_SIGNALS.get(leaf, "") if row.needed else ""
-    near = candidates(row.signal, theirs.outputs if row.role == "outputs" else theirs.inputs, fitting)
-    parts = [told, f"candidates: {', '.join(near)}" if near else "", hint]
+    near = candidates(row.signal, theirs.outputs if row.direction == "outputs" else theirs.inputs, fitting)
+    parts = [told, f"candidates: {', '.join(near)}" if near else "", *(_hints(leaf) if row.needed else ())]
     return f'{"" if row.needed else "# "}{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
+
+
+def _hints(leaf: str) -> Iterator[str]:
+    """What else may be written for a signal."""
+    if roles := roles_of(leaf):
+        yield f"or {', '.join(role.hint for role in roles.values())}"
+    yield _HINTS_OF_SIGNALS.get(leaf, "")
 
 
 def candidates(signal: Variable, offered: Sequence[Variable], fitting: Fitting) -> list[str]:
@@ -150,12 +155,10 @@ def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
     unit = f"{theirs.name} [{found.unit or 'no unit'}]"
     if conversion(found, q) is not None:
         return unit
-    roles = [r for r in ROLES if (r in STEERING) == (leaf == "delta_f")] if leaf in {"delta_f", "T_r"} else []
-    fitting = [f'"{r}"' for r in roles if conversion(found, replace(q, unit=ROLE_UNITS[r])) is not None]
-    return f"{unit} as {' or '.join(fitting)}" if fitting else None
+    roles = [n for n, role in roles_of(leaf).items() if conversion(found, replace(q, unit=role.unit)) is not None]
+    return f"{unit} as {' or '.join(map(toml_value, roles))}" if roles else None
 
 
 def _start(variable: Variable, theirs: Interface) -> str:
     start = theirs.starts.get(variable.name, 0.0)
-    text = str(start.tolist() if hasattr(start, "tolist") else start)
-    return text.lower() if text in {"True", "False"} else text
+    return toml_value(start.tolist() if hasattr(start, "tolist") else start)

@@ -7,29 +7,31 @@ from collections.abc import Sequence
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
 from fmus.units.adaptation import Link
+from orchestrator.mapping.fitting_result import FittedSignal, Remark
 
 _MOST = 3
 """Names that are listed one by one"""
 
 
-def decision(signal: Variable, theirs: Sequence[Variable], link: Link | None) -> str:
-    """What was decided about a signal without being told; empty where nothing had to be."""
+def decision(signal: Variable, theirs: Sequence[Variable], link: Link) -> str:
+    """What was decided about a signal without being told, as text; empty where nothing had to be."""
     q, ours = theirs[0].quantity, signal.quantity
     parts: list[str] = []
     if ours.type.is_float and q.type.is_float and q.unit != ours.unit:
         parts.append(f"[{q.unit}]" if q.unit else f"without a unit, taken as {ours.unit}")
     if q.type != ours.type:
         parts.append(f"{q.type}")
-    if link is not None and signal.shape and 0 < len(link.theirs) < signal.shape[0]:
+    if signal.shape and 0 < len(link.theirs) < signal.shape[0]:
         parts.append(f"{len(link.theirs)} of {signal.shape[0]} slots")
     if not parts and [v.name for v in theirs] != [signal.name]:
         return "by its name"
     return ", ".join(parts)
 
 
-def remark(unit: str, signal: Variable, role: str, names: Sequence[str], note: str) -> str:
+def decision_remark(unit: str, row: FittedSignal, names: Sequence[str], note: str) -> Remark:
     """One decision in one line: `plant.state.v_x <- car.speed, [km/h]`."""
-    return f"{unit}.{signal.name} {'<-' if role == 'outputs' else '->'} {listed(names)}, {note}"
+    arrow = "<-" if row.direction == "outputs" else "->"
+    return Remark(f"{unit}.{row.signal.name} {arrow} {listed(names)}, {note}", row.signal.name)
 
 
 def listed(names: Sequence[str]) -> str:
@@ -40,8 +42,8 @@ def listed(names: Sequence[str]) -> str:
 def offer(theirs: Interface) -> str:
     """What an FMU reads and shows, in one line."""
     return "; ".join(
-        f"its {role} {', '.join(_with_unit(v) for v in found) or 'nothing'}"
-        for role, found in (("inputs", theirs.inputs), ("outputs", theirs.outputs))
+        f"its {direction} {', '.join(_with_unit(v) for v in found) or 'nothing'}"
+        for direction, found in (("inputs", theirs.inputs), ("outputs", theirs.outputs))
     )
 
 
