@@ -10,6 +10,7 @@ import numpy as np
 from components.interfaces.problem import Problem, choices, did_you_mean
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
+from components.interfaces.socket import ANY_LENGTH
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapping_file import Amount, MappingFile
 from orchestrator.mapping.relations import amount_in, unit_given
@@ -33,7 +34,8 @@ def signal_constant(signal: Variable, amount: Amount, mapping: MappingFile, prob
         value = amount_in(unit_given(signal, mapping), key, amount, problems)
     if value is None:
         return None
-    value = value if isinstance(value, list) else np.full(signal.shape, value).tolist()  # type: ignore[unknown]
+    if not isinstance(value, list) and ANY_LENGTH not in signal.shape:
+        value = np.full(signal.shape, value).tolist()
     wrong = signal.quantity.problems(key, value)
     problems += wrong
     return None if wrong else value

@@ -108,11 +108,7 @@ class _Reader:
             bool(feedthrough),
             {name: entries for bus, table in tables.items() for name, entries in self.signals(bus, table, socket)},
             {bus: found for bus, table in tables.items() if (found := self.reference(bus, positions[bus], table))},
-            {
-                bus: found
-                for bus, table in tables.items()
-                if (found := self.chosen(table, "velocity", VELOCITIES, None, bus))
-            },
+            {bus: found for bus, table in tables.items() if (found := self.velocity(bus, positions[bus], table))},
             self.amounts(content, "constants"),
             self.amounts(content, "parameters"),
         )
@@ -179,6 +175,11 @@ class _Reader:
             self.wrong(f"{key}.distance", "nothing", "the distance from the centre of gravity, with its unit")
             return None
         return point, self.amount(f"{key}.distance", content["distance"], plain=False)
+
+    def velocity(self, bus: str, position: Position | None, table: _Table) -> str | None:
+        """How a bus gives the velocity of a vehicle; what has no position of a vehicle has no such velocity either."""
+        known = VELOCITIES if position is Position.VEHICLE else VELOCITIES[:1]
+        return self.chosen(table, "velocity", known, None, bus)
 
     def signals(self, bus: str, table: _Table, socket: Socket) -> Iterator[tuple[str, tuple[Entry, ...]]]:
         """The entries of each signal of a bus, by its full name."""

@@ -183,6 +183,12 @@ def test_a_plan_has_the_length_that_the_controller_gives_it():
     assert found.needed is False
 
 
+def test_a_constant_has_no_length_that_an_array_of_open_length_could_take():
+    theirs = interface({"ego.x": "m"}, ACTUATION)
+    found = fitted("controller", theirs, {"plan": {"x": {"constant": {"value": 1.0, "unit": "m"}}}})
+    assert told(found) == ["map.toml: plan.x.constant: found shape (); valid: shape (-1,)"]
+
+
 def test_dependencies_that_are_not_declared_follow_the_socket():
     found = fitted("plant", interface(ACTUATION, STATE, undeclared=STATE, through=True))
     assert found.remarks == (

@@ -89,6 +89,7 @@ ENTRY = "R_w, angle, as, constant, factor, limit, m, max, min, offset, ratio, un
         ({"feedthrough": "no"}, "feedthrough: found `no`; valid: true or false"),
         ({"fmu": 3}, "fmu: found `3`; valid: the path of an FMU, relative to this file"),
         ({"state": {"velocity": "polar"}}, "state.velocity: found `polar`; valid: body, road, speed_and_slip"),
+        ({"actuation": {"velocity": "speed_and_slip"}}, "actuation.velocity: found `speed_and_slip`; valid: body"),
         (
             {"state": {"reference": "rear"}},
             "state.reference.point: found `rear`; valid: ahead, centre_of_gravity, front_axle, rear_axle. "
