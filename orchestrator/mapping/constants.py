@@ -35,10 +35,10 @@ def signal_constant(signal: Variable, amount: Amount, mapping: MappingFile, prob
     if value is None:
         return None
     if not isinstance(value, list) and ANY_LENGTH not in signal.shape:
-        value = np.full(signal.shape, value).tolist()
-    wrong = signal.quantity.problems(key, value)
+        value = np.full(signal.shape, value).tolist()  # type: ignore[unknown]
+    wrong = signal.quantity.problems(key, value)  # type: ignore[unknown]
     problems += wrong
-    return None if wrong else value
+    return None if wrong else value  # type: ignore[unknown]
 
 
 def held_inputs(
