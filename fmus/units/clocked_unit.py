@@ -16,7 +16,7 @@ from fmus.units.capabilities import EventCapability
 from fmus.units.event_mode import EventError, EventMode, StepResult
 from fmus.units.fmu_unit import Fmu3Unit
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError, views
-from fmus.units.value_calls import Direction
+from fmus.units.value_calls import AccessVerb
 
 
 class ClockedUnit(Fmu3Unit):
@@ -43,7 +43,7 @@ class ClockedUnit(Fmu3Unit):
             self._getters = list(self._by_clock("Get", self.interface.outputs, outputs, self._events.mode))
 
     def _by_clock(
-        self, direction: Direction, variables: Iterable[Variable], columns: TypedColumns, mode: EventMode
+        self, direction: AccessVerb, variables: Iterable[Variable], columns: TypedColumns, mode: EventMode
     ) -> Iterable[Operation]:
         """A call for each variable; that of a clocked one does nothing while none of its clocks ticks."""
         slots = views(tuple(variables), columns)

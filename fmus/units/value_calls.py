@@ -20,7 +20,7 @@ from components.interfaces.record import Variable
 from fmus.units.fmi_api import FmiApi
 from fmus.units.unit import Column, Operation, TypedColumns, by_type
 
-Direction: TypeAlias = Literal["Set", "Get"]
+AccessVerb: TypeAlias = Literal["Set", "Get"]
 ADDRESS: Final = ctypes.c_size_t
 """The type of pointers whose address is known"""
 
@@ -48,11 +48,11 @@ class ValueCalls:
         self._alive: list[Any] = []
         """Arrays whose addresses the prepared calls contain"""
 
-    def movers(self, direction: Direction, variables: Sequence[Variable], columns: TypedColumns) -> list[Operation]:
+    def movers(self, direction: AccessVerb, variables: Sequence[Variable], columns: TypedColumns) -> list[Operation]:
         """One call for each type that occurs among the variables."""
         return [self.mover(direction, group, columns[kind]) for kind, group in by_type(variables).items()]
 
-    def mover(self, direction: Direction, variables: Sequence[Variable], column: Column) -> Operation:
+    def mover(self, direction: AccessVerb, variables: Sequence[Variable], column: Column) -> Operation:
         """One call that moves the values of all `variables`, which are of one type, to or from `column`."""
         kind = variables[0].quantity.type
         access, native = self._api.access[kind]
@@ -79,7 +79,7 @@ class ValueCalls:
 
         return converted_set if direction == "Set" else converted_get
 
-    def _text_mover(self, direction: Direction, kind: Type, references: Column, column: Column) -> Operation:
+    def _text_mover(self, direction: AccessVerb, kind: Type, references: Column, column: Column) -> Operation:
         """The same for String and Binary, whose values are copied one by one."""
         self._alive.append(references)
         n, binary = column.size, kind is Type.BINARY

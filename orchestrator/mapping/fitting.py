@@ -130,7 +130,8 @@ class _Fit:
         texts: list[str] = []
         for entry in entries:
             if entry.constant is not None:
-                texts.append(f"{entry.constant.value} {entry.constant.unit}".removesuffix(" 1"))
+                unit = "" if entry.constant.unit == "1" else f" {entry.constant.unit}"
+                texts.append(f"{entry.constant.value}{unit}")
                 self._set_constant(signal, direction, entry.constant)
             elif entry.unused:
                 texts.append("unused")

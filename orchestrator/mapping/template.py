@@ -108,7 +108,8 @@ def _bus(
     elif position is Position.BOX:
         yield _BOX_HINT
     for row in rows:
-        yield mark + _line(row, fitting, theirs).removeprefix(mark)
+        open_and_optional = not (row.needed or row.signal.name in fitting.mapping.signals)
+        yield ("# " if mark or open_and_optional else "") + _line(row, fitting, theirs)
 
 
 def _line(row: FittedSignal, fitting: Fitting, theirs: Interface) -> str:
@@ -120,7 +121,7 @@ def _line(row: FittedSignal, fitting: Fitting, theirs: Interface) -> str:
         return f"{leaf} = {entries_text(entries)}  # {told}{f' ({row.note})' if row.note else ''}"
     near = candidates(row.signal, theirs.outputs if row.direction == "outputs" else theirs.inputs, fitting)
     parts = [told, f"candidates: {', '.join(near)}" if near else "", *(_hints(leaf) if row.needed else ())]
-    return f'{"" if row.needed else "# "}{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
+    return f'{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
 
 
 def _hints(leaf: str) -> Iterator[str]:

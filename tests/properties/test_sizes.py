@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted(p for package in ("components", "fmus", "orchestrator") for p in (ROOT / package).rglob("*.py"))
 RUNTIME = sorted((ROOT / "fmus" / "runtime").glob("*.[ch]"))
-LONGEST_FILE, LONGEST_FUNCTION = 320, 45
+LONGEST_FILE, LONGEST_FUNCTION = 300, 40
 
 LONGER_FILES: dict[str, str] = {}
 LONGER_FUNCTIONS: dict[str, str] = {}
