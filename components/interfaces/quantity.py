@@ -177,6 +177,9 @@ def quantity(
         min: Least valid value.
         max: Largest valid value.
 
+    Returns:
+        The field, for the body of a class with the decorator `record` or `block`.
+
     Raises:
         RequestError: For an unknown unit of measurement, an empty description or an empty range.
     """
@@ -190,17 +193,52 @@ def integer(
     min: int | None = None,  # noqa: A002
     max: int | None = None,  # noqa: A002
 ) -> Any:
-    """An Int32 field of a record."""
+    """An Int32 field of a record, without a default.
+
+    Args:
+        description: What the number means.
+        shape: Lengths of an array, each a number or the name of a structural constant of the block.
+        min: Least valid value.
+        max: Largest valid value.
+
+    Returns:
+        The field, for the body of a class with the decorator `record` or `block`.
+
+    Raises:
+        RequestError: For an empty description or an empty range.
+    """
     return _field(Quantity("1", description, Type.INT32, shape, min, max))
 
 
 def boolean(description: str, *, shape: tuple[Dimension, ...] = ()) -> Any:
-    """A Boolean field of a record."""
+    """A Boolean field of a record, without a default.
+
+    Args:
+        description: What it means when the value is true.
+        shape: Lengths of an array, each a number or the name of a structural constant of the block.
+
+    Returns:
+        The field, for the body of a class with the decorator `record` or `block`.
+
+    Raises:
+        RequestError: For an empty description.
+    """
     return _field(Quantity("1", description, Type.BOOLEAN, shape))
 
 
 def enumeration(items: type[IntEnum], description: str) -> Any:
-    """An Enumeration field of a record; the items carry the values."""
+    """An Enumeration field of a record, without a default.
+
+    Args:
+        items: The items, which carry the values.
+        description: What the items distinguish.
+
+    Returns:
+        The field, for the body of a class with the decorator `record` or `block`.
+
+    Raises:
+        RequestError: For an empty description.
+    """
     return _field(Quantity("1", description, Type.ENUMERATION, enumeration=items))
 
 
