@@ -41,7 +41,9 @@ def test_a_closed_unit_waits_for_its_next_run_and_begins_anew(archive):
     first.close()
     again = reused_unit("plant", archive)
     assert again is first
-    assert reused_unit("other", archive) is not first
+    other = reused_unit("other", archive)
+    assert other is not first
+    other.close()
     assert shown(again, {"v_x_start": 20.0}) == expected
     again.close()
 
