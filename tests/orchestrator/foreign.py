@@ -211,13 +211,13 @@ T_r = { variable = "car.force", as = "force", R_w = { value = 300, unit = "mm" }
 
 
 @cache
-def _built(kind: Any, version: Version) -> Path:
-    return build(kind, version, {}, kept_folder()).path
+def _built(block_type: Any, version: Version) -> Path:
+    return build(block_type, version, {}, kept_folder()).path
 
 
-def made(kind: Any, folder: Path, version: Version = Version.FMI2) -> Path:
+def made(block_type: Any, folder: Path, version: Version = Version.FMI2) -> Path:
     """The FMU of a block, in `folder`; it is compiled once for all tests."""
-    return Path(shutil.copy(_built(kind, version), folder))
+    return Path(shutil.copy(_built(block_type, version), folder))
 
 
 def right_handed(folder: Path, version: Version = Version.FMI2) -> Path:

@@ -1,4 +1,7 @@
-"""How an FMU fits a socket: what is found, what is said about it, and what is refused, with the exact words."""
+"""How an FMU fits a socket: what is found, what is said about it, and what is refused, with the exact words.
+
+What `relations`, `constants`, `adapted_interface`, `words` and `fitting_result` do is shown here, too.
+"""
 
 from __future__ import annotations
 
@@ -65,6 +68,22 @@ def test_units_of_the_same_dimension_are_converted_and_told():
         "plant.state.r <- state.r, [deg/s]",
     )
     assert {v.name: v.quantity.unit for v in found.interface.outputs} == STATE
+
+
+def test_a_remark_says_the_signal_that_was_decided_on():
+    theirs = interface({**ACTUATION, "gear": ""}, {**STATE, "state.v_x": "km/h", "motion.a_x": "kg"})
+    noticed = fitted("plant", theirs).noticed
+    assert [(remark.text.split()[0], remark.signal) for remark in noticed] == [
+        ("plant.state.v_x", "state.v_x"),
+        ("plant.motion.a_x:", ""),
+        ("plant:", ""),
+    ]
+
+
+def test_variables_whose_names_are_equally_good_are_told_and_none_is_taken():
+    found = fitted("plant", interface({"u_delta_f": "rad"}, {"state_v_x": "m/s", "State.vx": "m/s"}))
+    row = next(r for r in found.rows if r.signal.name == "state.v_x")
+    assert (row.theirs, row.doubtful, row.note) == ("", ("State.vx", "state_v_x"), "could be `State.vx`, `state_v_x`")
 
 
 def test_a_unit_that_is_not_declared_is_taken_as_ours_and_told():

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import datetime as dt
+import math
 import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.sockets import PLANT
-from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile, written
+from orchestrator.mapping.mapping_file import Amount, Entry, MappingFile, toml_value, written
 from orchestrator.mapping.mapping_reader import parse_mapping
 
 names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12)
@@ -46,3 +49,17 @@ def test_what_is_written_reads_back(mapping):
     text = written(mapping, "sub/theirs.fmu")
     again = parse_mapping(tomllib.loads(text), "map.toml", "plant", Path())
     assert again == replace(mapping, fmu=Path("sub/theirs.fmu"))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ({"point": "rear_axle", "distance": {"value": 1.4}}, '{ point = "rear_axle", distance = { value = 1.4 } }'),
+        ([True, 2, "a\x7f\n"], '[true, 2, "a\\u007f\\n"]'),
+        ([math.inf, -math.inf, 1e22], "[inf, -inf, 1e+22]"),
+        (dt.date(2020, 1, 2), "2020-01-02"),
+    ],
+)
+def test_values_stand_in_one_line(value, text):
+    assert toml_value(value) == text
+    assert tomllib.loads(f"x = {text}") == {"x": value}
