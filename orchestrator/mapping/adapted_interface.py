@@ -1,4 +1,4 @@
-"""What a foreign unit looks like once it is adapted to a socket."""
+"""What an FMU of another maker looks like from outside once it is adapted to a socket."""
 
 from __future__ import annotations
 
@@ -19,16 +19,28 @@ from fmus.units.adaptation import Adaptation, Link
 def adapted(
     theirs: Interface, socket: Socket, signals: Mapping[str, Variable], adaptation: Adaptation, *, feedthrough: bool
 ) -> tuple[Interface, list[str]]:
-    """The interface of the socket, with what the FMU shows beyond it; and what was assumed on the way."""
+    """The interface of an FMU that is adapted to a socket.
+
+    Args:
+        theirs: The interface of the FMU.
+        socket: The socket.
+        signals: The signals of the socket by name, with the lengths that the FMU gives to open ones.
+        adaptation: What stands between the two.
+        feedthrough: Whether outputs may depend on inputs at the same instant where the FMU declares so.
+
+    Returns:
+        The interface of the socket, with what the FMU shows beyond it; and what was assumed, as texts that continue
+        the FMU's name.
+    """
     inputs = _read(socket, signals, adaptation)
     shown = {link.signal for link in adaptation.outputs} | set(adaptation.constants)
     own = {v.name: v for v in theirs.outputs}
     ours = [signals[s.name] for s in socket.signals("outputs") if s.name in shown]
     outputs = (*ours, *(own[name] for name in adaptation.passed_on))
     shows = [*adaptation.outputs, *(Link(name, ((name, 0),)) for name in adaptation.passed_on)]
-    made_of = _reach(shows, outputs, theirs.outputs, adaptation)
-    through = made_of @ theirs.feedthrough @ _reach(adaptation.inputs, inputs, theirs.inputs, adaptation).T
-    remarks: list[str] = []
+    shown_by = _reach(shows, outputs, theirs.outputs, adaptation)
+    through = shown_by @ theirs.feedthrough @ _reach(adaptation.inputs, inputs, theirs.inputs, adaptation).T
+    assumed: list[str] = []
     if socket.acts_through_step and not feedthrough:
         through[: len(ours)] = False
     elif socket.acts_through_step:
@@ -36,14 +48,14 @@ def adapted(
         if silent:
             through[silent] = False
             text = f"says not what its outputs depend on; as in the socket `{socket.name}`, inputs act through the step"
-            remarks.append(text)
-    whole = not (adaptation.rates or adaptation.integrated)
-    made = replace(theirs, inputs=inputs, outputs=outputs, feedthrough=through, event_mode=theirs.event_mode and whole)
-    return made, remarks
+            assumed.append(text)
+    # rates are formed and integrated over whole macro steps, which an event would divide
+    event_mode = theirs.event_mode and not (adaptation.rates or adaptation.integrated)
+    return replace(theirs, inputs=inputs, outputs=outputs, feedthrough=through, event_mode=event_mode), assumed
 
 
 def _read(socket: Socket, signals: Mapping[str, Variable], adaptation: Adaptation) -> tuple[Variable, ...]:
-    """Inputs of ours that reach the FMU, directly or by a convention of their bus."""
+    """The input signals that reach the FMU, directly or by a convention of their bus."""
     read = {link.signal for link in adaptation.inputs} | {rate.rate.signal for rate in adaptation.rates}
     buses = {name.partition(".")[0] for name in read} & adaptation.conventions.keys()
     return tuple(
@@ -52,6 +64,7 @@ def _read(socket: Socket, signals: Mapping[str, Variable], adaptation: Adaptatio
 
 
 def _undeclared(signal: str, theirs: Interface, adaptation: Adaptation) -> bool:
+    """Whether the FMU leaves open what the variables behind a signal depend on."""
     names = {n for link in adaptation.outputs if link.signal == signal for n, _ in link.theirs}
     return names <= theirs.undeclared
 
@@ -59,30 +72,21 @@ def _undeclared(signal: str, theirs: Interface, adaptation: Adaptation) -> bool:
 def _reach(
     links: Iterable[Link], ours: tuple[Variable, ...], theirs: tuple[Variable, ...], adaptation: Adaptation
 ) -> NDArray[np.bool_]:
-    """(ours, theirs): which variables are linked; a rate acts through the step."""
-    row, column = _places(ours), _places(theirs)
-    found = np.zeros((len(row), len(column)), dtype=bool)
+    """Which variables are linked, of shape (ours, theirs); rate inputs are left out, as they act through the step."""
+    row, column = ({v.name: i for i, v in enumerate(variables)} for variables in (ours, theirs))
+    linked = np.zeros((len(row), len(column)), dtype=bool)
     for link in links:
         for name, _ in link.theirs:
-            found[row[link.signal], column[name]] = True
-    return _mixed(found, ours, adaptation)
-
-
-def _mixed(found: NDArray[np.bool_], variables: tuple[Variable, ...], adaptation: Adaptation) -> Any:
-    """A convention makes every signal of its bus depend on all of it."""
-    for bus in adaptation.conventions:
-        rows = [i for i, v in enumerate(variables) if v.name.startswith(f"{bus}.")]
+            linked[row[link.signal], column[name]] = True
+    for bus in adaptation.conventions:  # makes every signal of its bus depend on all of them
+        rows = [i for i, v in enumerate(ours) if v.name.startswith(f"{bus}.")]
         if rows:
-            found[rows] = found[rows].any(axis=0)
-    return found
-
-
-def _places(variables: tuple[Variable, ...]) -> dict[str, int]:
-    return {v.name: i for i, v in enumerate(variables)}
+            linked[rows] = linked[rows].any(axis=0)
+    return linked
 
 
 def is_same(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
-    """Whether the FMU is what the socket asks for, to the letter."""
+    """Whether the FMU already is what `ours`, its adapted interface, says, so that nothing has to be adapted."""
 
     def units(variables: Sequence[Variable]) -> list[Any]:
         return sorted((v.name, v.quantity.unit) for v in variables)
@@ -92,7 +96,7 @@ def is_same(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
 
 
 def is_plain(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool:
-    """Whether values pass as they are, under the same names: a tool without our sockets can take the FMU itself."""
+    """Whether values pass as they are, under the same names, so that a tool without sockets can take the FMU itself."""
 
     def shown(variables: Sequence[Variable]) -> list[Any]:
         return sorted((v.name, v.quantity.type, v.shape) for v in variables)

@@ -34,11 +34,15 @@ def signal_constant(signal: Variable, amount: Amount, mapping: MappingFile, prob
         value = amount_in(unit_given(signal, mapping), key, amount, problems)
     if value is None:
         return None
-    if not isinstance(value, list) and ANY_LENGTH not in signal.shape:
-        value = np.full(signal.shape, value).tolist()  # type: ignore[unknown]
-    wrong = signal.quantity.problems(key, value)  # type: ignore[unknown]
+    value = _in_every_element(value, signal.shape)
+    wrong = signal.quantity.problems(key, value)
     problems += wrong
-    return None if wrong else value  # type: ignore[unknown]
+    return None if wrong else value
+
+
+def _in_every_element(value: Any, shape: tuple[int, ...]) -> Any:
+    """A single value for all elements of an array; other values, and arrays whose length is open, as they are."""
+    return value if isinstance(value, list) or ANY_LENGTH in shape else np.full(shape, value).tolist()  # type: ignore[unknown]
 
 
 def held_inputs(

@@ -1,4 +1,4 @@
-"""FMUs of other makers in a socket: as they are where they fit to the letter, else behind a mapping."""
+"""FMUs of other makers in a socket: as they are where they offer just what it asks for, else behind a mapping."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from orchestrator.system.source import Fmu, SourceDescription, UnitSource
 @final
 @dataclass(frozen=True)
 class Mapped(UnitSource):
-    """An FMU behind the interface of a socket. Its signals are those of the socket, whatever the FMU calls them."""
+    """An FMU behind the interface of a socket: its signals are those of the socket, whatever the FMU calls them."""
 
     fmu: Fmu
     fitting: Fitting
 
     @property
     def parameters(self) -> Mapping[str, Any]:  # type: ignore[override] - read through to the FMU, as all of it is
-        """Those of the FMU that are given."""
+        """The values that the FMU is given."""
         return self.fmu.parameters
 
     @property
@@ -88,16 +88,22 @@ def fitted(
     Returns:
         The source for the unit, what keeps it from fitting, and what was decided without being told.
     """
-    found = fit(name, socket, fmu.interface, str(fmu.path), mapping)
-    source = Mapped(fmu, found) if found.needed else fmu
-    return source, found.problems, found.remarks
+    fitting = fit(name, socket, fmu.interface, str(fmu.path), mapping)
+    source = Mapped(fmu, fitting) if fitting.needed else fmu
+    return source, fitting.problems, fitting.remarks
 
 
 def mapped(name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = None) -> Fmu | Mapped:
-    """An FMU as a unit of a system of your own; arguments as for `fitted`.
+    """Make an FMU a unit of a system that is put together in Python.
+
+    Args:
+        name: The unit's name.
+        socket: The socket that it is to fill.
+        fmu: The FMU, with its parameters.
+        mapping: What a mapping file says of it; without one, its names decide.
 
     Raises:
-        RequestError: With all that keeps it from fitting.
+        RequestError: With everything that keeps the FMU from fitting.
     """
     source, problems, _ = fitted(name, socket, fmu, mapping)
     raise_if_any(problems)

@@ -1,8 +1,8 @@
-"""Mapping files: how a foreign FMU stands for a socket, as a person writes it down in TOML.
+"""Mapping files: how the variables of an FMU stand for the signals of a socket, written down in TOML.
 
 Each bus of the socket is a table with one entry per signal:
 
-* ``x = "pos_x"``: the foreign variable that stands for it; for an array a list of variables, or ``"obj[*].x"``;
+* ``x = "pos_x"``: the variable that stands for it; for an array a list of variables, or ``"obj[*].x"``;
 * ``v_x = { variable = "speed", unit = "km/h", factor = 1, offset = { value = 0, unit = "m/s" } }``, which means
   ``v_x = factor * speed + offset``, in either direction; inputs may have limits `min` and `max`;
 * ``delta_f = { variable = "wheel", as = "steering_wheel_angle", ratio = { value = 16, unit = "1" } }``: see `roles`;
@@ -47,7 +47,7 @@ class Amount:
 
 @dataclass(frozen=True)
 class Entry:
-    """What stands for one signal; see the module."""
+    """What stands for one signal, or for some elements of an array; the module's text says how it is written."""
 
     variables: tuple[str, ...] = ()
     unit: str | None = None
@@ -77,13 +77,15 @@ class MappingFile:
     socket: str | None = None
     axes: str = "iso8855"
     feedthrough: bool = True
-    """Whether the FMU's outputs may depend on its inputs at the same instant, as it declares"""
+    """Whether the outputs may depend on the inputs at the same instant, where the FMU declares so"""
     signals: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict[str, tuple[Entry, ...]])
     """By signal; an input of ours may go to several of theirs"""
     references: Mapping[str, tuple[str, Amount | None]] = field(default_factory=dict[str, tuple[str, Amount | None]])
-    """By bus: point and distance"""
+    """By bus: the point that positions refer to, and its distance from the centre of gravity where that is needed"""
     velocities: Mapping[str, str] = field(default_factory=dict[str, str])
+    """By bus: how the velocity is given"""
     constants: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
+    """Values of inputs of the FMU that no signal drives"""
     parameters: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
 
 

@@ -1,6 +1,6 @@
-"""Which variables of a foreign FMU stand for the signals of a socket, where the names leave no doubt.
+"""Which variables of an FMU stand for the signals of a socket, where the names leave no doubt.
 
-In this order, each of them only where exactly one variable fits:
+These are tried in order, and each decides only where exactly one variable fits:
 
 1. the same name;
 2. another spelling of the same structure: `state_v_x`, `State.vx`, `stateBus.v_x`, `In_actuation.delta_f`;
@@ -27,20 +27,20 @@ _BEFORE: Final = re.compile(r"^(in|out|input|output|plant|vehicle|traffic|contro
 
 @dataclass(frozen=True)
 class Match:
-    """The elements of theirs that stand for the first elements of a signal of ours."""
+    """The variables whose elements stand for the first elements of a signal."""
 
     variables: tuple[Variable, ...]
     """One array, or one variable per element"""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the variables."""
+        """The names of the variables."""
         return tuple(v.name for v in self.variables)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Variables that together have the shape of a signal, under a name without index."""
+    """Variables that together have the shape of a signal, under a name without an index."""
 
     name: str
     match: Match
@@ -146,7 +146,7 @@ def _plain(name: str) -> str:
 def _whole_buses(
     socket: Socket, signals: Sequence[Variable], candidates: Sequence[Candidate], found: Mapping[str, Match]
 ) -> Iterator[tuple[str, Candidate]]:
-    """Buses of which nothing is known yet, found whole in exactly one structure of another name."""
+    """The signals of buses of which nothing is matched yet and exactly one structure of another name has them all."""
     buses: dict[str, list[Variable]] = {}
     for signal in signals:
         buses.setdefault(signal.name.partition(".")[0], []).append(signal)

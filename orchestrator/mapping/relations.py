@@ -1,4 +1,4 @@
-"""From an entry of a mapping to numbers: which elements of theirs, and the linear relation to the signal of ours."""
+"""From an entry of a mapping to numbers: which elements stand for the signal, and by which linear relation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from orchestrator.mapping.roles import ROLE_NUMBERS, ROLES
 
 @dataclass
 class EntryRelation:
-    """One entry that names variables: becomes a link, and gathers what is wrong with the entry."""
+    """An entry that names variables, on its way to a link; gathers what is wrong with it in `problems`."""
 
     key: str
     """What messages call the entry"""

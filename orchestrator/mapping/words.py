@@ -1,4 +1,4 @@
-"""What is said about the variables that stand for signals."""
+"""How messages put the variables that stand for signals into words."""
 
 from __future__ import annotations
 
