@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from components.interfaces.problem import refuse
 from components.interfaces.record import Variable
@@ -47,7 +47,18 @@ _MOST: Final = 5
 
 
 def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapping: str) -> str:
-    """The mapping file called `mapping` for the FMU at `fmu` (relative to it)."""
+    """A mapping file with what is known of an FMU, to be completed by a person.
+
+    Args:
+        fitting: How the FMU fits the socket without a mapping file.
+        socket: The socket that the FMU is to fill.
+        theirs: The interface of the FMU.
+        fmu: The FMU's path, relative to the mapping file.
+        mapping: The path that the mapping file will have.
+
+    Returns:
+        The text of the file.
+    """
     lines = [
         f"# How {Path(fmu).name} fills the socket `{socket.name}`.",
         f"# Use it in place of the FMU: macrostep run static --{socket.name} {mapping}",
@@ -63,23 +74,21 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
     for bus in socket.buses:
         rows = [r for r in fitting.rows if r.signal.name.startswith(f"{bus}.")]
         lines += ["", *_bus(bus, socket.bus(bus).position, rows, fitting, theirs)]
-    driven = {name for entries in fitting.mapping.signals.values() for e in entries for name in e.variables}
-    free = [v for v in theirs.inputs if v.name not in driven]
+    free = [v for v in theirs.inputs if v.name not in _taken(fitting)]
     if free:
-        lines += [
-            "",
-            "[constants]",
-            "# Inputs of the FMU that no signal drives; they keep their start value if not given.",
-        ]
-        lines += [
-            f"# {toml_value(v.name)} = {{ value = {_start(v, theirs)}, unit = {toml_value(v.quantity.unit)} }}"
-            for v in free
-        ]
+        what = "# Inputs of the FMU that no signal drives; they keep their start value if not given."
+        starts = [{"value": _start(v, theirs), "unit": v.quantity.unit} for v in free]
+        lines += ["", "[constants]", what]
+        lines += [f"# {toml_value(v.name)} = {toml_value(start)}" for v, start in zip(free, starts, strict=True)]
     return "\n".join(lines) + "\n"
 
 
 def write_template(text: str, path: Path) -> None:
-    """Write a template to a new file. Raises `RequestError` rather than to overwrite one."""
+    """Write a template to a new file.
+
+    Raises:
+        RequestError: When there is such a file already, or it cannot be written.
+    """
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -100,28 +109,26 @@ def _bus(
     shown = rows[0].direction == "outputs"
     known = any(row.signal.name in fitting.mapping.signals for row in rows)
     needed = any(row.needed for row in rows)
-    mark = "" if known or needed else "# "
     what = "what it shows" if shown else "what it reads"
-    yield f"{mark}[{bus}]  # {what}{'' if needed else ', optional'}"
+    yield f"{'' if known or needed else '# '}[{bus}]  # {what}{'' if needed else ', optional'}"
     if position is Position.VEHICLE and shown:
         yield _VEHICLE_HINT
     elif position is Position.BOX:
         yield _BOX_HINT
     for row in rows:
-        open_and_optional = not (row.needed or row.signal.name in fitting.mapping.signals)
-        yield ("# " if mark or open_and_optional else "") + _line(row, fitting, theirs)
+        yield _line(row, fitting, theirs)
 
 
 def _line(row: FittedSignal, fitting: Fitting, theirs: Interface) -> str:
     leaf = row.signal.name.partition(".")[2]
     q = row.signal.quantity
-    told = f"{f'[{q.unit}] ' if q.type.is_float else ''}{q.description}"
+    about = f"{f'[{q.unit}] ' if q.type.is_float else ''}{q.description}"
     entries = fitting.mapping.signals.get(row.signal.name)
     if entries:
-        return f"{leaf} = {entries_text(entries)}  # {told}{f' ({row.note})' if row.note else ''}"
+        return f"{leaf} = {entries_text(entries)}  # {about}{f' ({row.note})' if row.note else ''}"
     near = candidates(row.signal, theirs.outputs if row.direction == "outputs" else theirs.inputs, fitting)
-    parts = [told, f"candidates: {', '.join(near)}" if near else "", *(_hints(leaf) if row.needed else ())]
-    return f'{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
+    parts = [about, f"candidates: {', '.join(near)}" if near else "", *(_hints(leaf) if row.needed else ())]
+    return f'{"" if row.needed else "# "}{leaf} = "{TO_FILL}"  # {"; ".join(part for part in parts if part)}'
 
 
 def _hints(leaf: str) -> Iterator[str]:
@@ -132,8 +139,16 @@ def _hints(leaf: str) -> Iterator[str]:
 
 
 def candidates(signal: Variable, offered: Sequence[Variable], fitting: Fitting) -> list[str]:
-    """Variables that nothing else stands for and that measure the same, the likeliest first."""
-    taken = {name for entries in fitting.mapping.signals.values() for e in entries for name in e.variables}
+    """The variables that could stand for a signal, as a template names them.
+
+    Args:
+        signal: The signal of the socket.
+        offered: The inputs or outputs of the FMU.
+        fitting: What is decided already; variables that stand for other signals are no candidates.
+
+    Returns:
+        The few likeliest with their units of measurement, the likeliest first.
+    """
     leaf = signal.name.rpartition(".")[2]
     words = [leaf, *_SYNONYMS.get(leaf, "").split()]
 
@@ -141,25 +156,30 @@ def candidates(signal: Variable, offered: Sequence[Variable], fitting: Fitting) 
         last = v.name.rpartition(".")[2].lower()
         return max(difflib.SequenceMatcher(None, word.lower(), last).ratio() for word in words)
 
+    taken = _taken(fitting)
     free = sorted((v for v in offered if v.name not in taken), key=likeness, reverse=True)
-    told = [text for v in free if (text := _candidate(signal, leaf, v)) is not None]
-    return told[:_MOST]
+    return [text for v in free if (text := _candidate(signal, leaf, v)) is not None][:_MOST]
+
+
+def _taken(fitting: Fitting) -> set[str]:
+    """The variables that stand for signals."""
+    return {name for entries in fitting.mapping.signals.values() for entry in entries for name in entry.variables}
 
 
 def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
-    """A variable that could stand for a signal, and as what; None if it measures something else."""
-    q, found = signal.quantity, theirs.quantity
-    if not found.type.is_number:
+    """A variable that could stand for a signal, and as what; `None` if it measures something else."""
+    ours, offered = signal.quantity, theirs.quantity
+    if not offered.type.is_number:
         return None
-    if not (q.type.is_float and found.type.is_float):
+    if not (ours.type.is_float and offered.type.is_float):
         return theirs.name
-    unit = f"{theirs.name} [{found.unit or 'no unit'}]"
-    if conversion(found, q) is not None:
-        return unit
-    roles = [n for n, role in roles_of(leaf).items() if conversion(found, replace(q, unit=role.unit)) is not None]
-    return f"{unit} as {' or '.join(map(toml_value, roles))}" if roles else None
+    text = f"{theirs.name} [{offered.unit or 'no unit'}]"
+    if conversion(offered, ours) is not None:
+        return text
+    roles = [n for n, role in roles_of(leaf).items() if conversion(offered, replace(ours, unit=role.unit)) is not None]
+    return f"{text} as {' or '.join(map(toml_value, roles))}" if roles else None
 
 
-def _start(variable: Variable, theirs: Interface) -> str:
+def _start(variable: Variable, theirs: Interface) -> Any:
     start = theirs.starts.get(variable.name, 0.0)
-    return toml_value(start.tolist() if hasattr(start, "tolist") else start)
+    return start.tolist() if hasattr(start, "tolist") else start
