@@ -67,9 +67,10 @@ def add_block(block: type[Block[Any, Any, Any]]) -> None:
 
 
 def remove_block(name: str) -> None:
-    """Remove a block from `BLOCKS`; one that is not there is ignored.
+    """Remove a block that `add_block` has added; another, or one that is not there, stays as it is.
 
     Args:
-        name: The block's name, such as `bicycle`.
+        name: The block's name, such as `my_vehicle`.
     """
-    _by_name.pop(name, None)
+    if name not in {block.name for block in CATALOGUE}:
+        _by_name.pop(name, None)

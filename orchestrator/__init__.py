@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING
 from components.interfaces.facade import facade
 
 if TYPE_CHECKING:
-    from components.interfaces.conversion import Linear
+    from components.interfaces.conversion import Linear, Lookup
     from components.interfaces.problem import RequestError
     from components.interfaces.progress import SILENT, Progress
+    from fmus.toolchain.compiler import BuildError
     from orchestrator.loading import load
+    from orchestrator.mapping.mapped import mapped
+    from orchestrator.mapping.mapping_reader import read_mapping
     from orchestrator.results import metrics
     from orchestrator.run import Execution, Finished, execute
     from orchestrator.scenario.options import Options
@@ -26,10 +29,12 @@ if TYPE_CHECKING:
 __all__ = [
     "SILENT",
     "Algorithm",
+    "BuildError",
     "Execution",
     "Finished",
     "Fmu",
     "Linear",
+    "Lookup",
     "Options",
     "Progress",
     "RequestError",
@@ -40,7 +45,9 @@ __all__ = [
     "block_source",
     "execute",
     "load",
+    "mapped",
     "metrics",
+    "read_mapping",
     "shown",
     "simulate",
 ]
@@ -48,10 +55,13 @@ __all__ = [
 __getattr__, __dir__ = facade(
     __name__,
     {
-        "components.interfaces.conversion": ("Linear",),
+        "components.interfaces.conversion": ("Linear", "Lookup"),
         "components.interfaces.problem": ("RequestError",),
         "components.interfaces.progress": ("SILENT", "Progress"),
+        "fmus.toolchain.compiler": ("BuildError",),
         "orchestrator.loading": ("load",),
+        "orchestrator.mapping.mapped": ("mapped",),
+        "orchestrator.mapping.mapping_reader": ("read_mapping",),
         "orchestrator.results": ("metrics",),
         "orchestrator.run": ("Execution", "Finished", "execute"),
         "orchestrator.scenario.options": ("Options",),

@@ -9,7 +9,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -46,8 +46,8 @@ class Finished:
 class Execution:
     """How a run is executed: what records it, who watches it, how fast it goes, and whether figures are drawn."""
 
-    recorder: Recorder
-    """Writes `recording.rrd`"""
+    recorder: Recorder = field(default_factory=Afterwards)
+    """Writes `recording.rrd`; after the run, if not given"""
     live: LiveStream | None = None
     """Streams the run to a viewer"""
     realtime: float | None = None

@@ -17,7 +17,6 @@ from components import SOCKETS
 from orchestrator import SILENT, Execution, Options, execute, load, metrics, shown, simulate
 from orchestrator.command import main
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.recording.recording import Afterwards
 
 ROOT = Path(__file__).parents[1]
 FRONT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -134,7 +133,7 @@ def test_what_a_scenario_records_is_said_so(tmp_path):
 def static_1(tmp_path_factory):
     """A run folder, runs/static-1."""
     folder = tmp_path_factory.mktemp("readme") / "runs" / "static-1"
-    execute(load("static", Options(mode="blocks")), folder, SILENT, Execution(Afterwards()))
+    execute(load("static", Options(mode="blocks")), folder, SILENT, Execution())
     return folder
 
 

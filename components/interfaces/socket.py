@@ -61,6 +61,7 @@ class Socket:
         acts_through_step: Whether inputs act on outputs through the step only, as the state of a vehicle does: an FMU
             that leaves its dependencies open is then taken to have no direct feedthrough.
         essential: Whether every scenario fills the socket.
+        other_names: What else structures of other makers are called that hold the signals of a unit in it.
         substitute: What the command calls a different unit for the socket, such as `Other traffic`; `Another NAME` if
             not given.
 
@@ -75,6 +76,7 @@ class Socket:
     traits: Mapping[str, BusTraits] = field(default_factory=dict[str, BusTraits])
     acts_through_step: bool = False
     essential: bool = False
+    other_names: tuple[str, ...] = ()
     substitute: str = ""
 
     def bus(self, name: str) -> BusTraits:

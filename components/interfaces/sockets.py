@@ -77,6 +77,7 @@ PLANT: Final = Socket(
     },
     acts_through_step=True,
     essential=True,
+    other_names=("vehicle",),
 )
 TRAFFIC: Final = Socket(
     name="traffic",
@@ -117,12 +118,13 @@ def add_socket(socket: Socket) -> None:
 
 
 def remove_socket(name: str) -> None:
-    """Remove a socket that was added; one that is not there is ignored.
+    """Remove a socket that `add_socket` has added; another, or one that is not there, stays as it is.
 
     Args:
         name: The socket's name.
     """
-    SOCKETS.pop(name, None)
+    if name not in {PLANT.name, TRAFFIC.name, CONTROLLER.name}:
+        SOCKETS.pop(name, None)
 
 
 def standard_wiring(names: Iterable[str] | None = None) -> dict[str, str]:

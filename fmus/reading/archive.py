@@ -4,11 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+from fmus.reading.declared_variables import whole_name
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
@@ -17,6 +18,8 @@ VALID_FMU: Final = (
     f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 )
 """The part of a message that says what a file should be"""
+INTERFACE_TYPES: Final = ("CoSimulation", "ModelExchange")
+"""FMI's names; the first that an FMU offers is the one that is used"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,48 @@ class Archive:
         return self.description.coSimulation is None
 
     @property
+    def interface_types(self) -> tuple[str, ...]:
+        """The interface types that it offers, as FMI names them: `CoSimulation`, `ModelExchange`, or both."""
+        elements = (self.description.coSimulation, self.description.modelExchange)
+        return tuple(name for name, element in zip(INTERFACE_TYPES, elements, strict=True) if element is not None)
+
+    @property
+    def title(self) -> str:
+        """What it says that it is: its description, or the name of its model."""
+        return str(self.description.description or self.description.modelName)
+
+    @property
+    def default_step(self) -> float | None:
+        """The step [s] that its default experiment asks for."""
+        return _number(getattr(self.description.defaultExperiment, "stepSize", None))
+
+    @property
+    def default_stop_time(self) -> float | None:
+        """The stop time [s] of its default experiment."""
+        return _number(getattr(self.description.defaultExperiment, "stopTime", None))
+
+    def declares(self, name: str) -> bool:
+        """Whether it declares a variable of a name, also one that no master exchanges."""
+        return any(v.name == name for v in self.description.modelVariables)
+
+    def element_names(self, name: str, causalities: Collection[str]) -> list[str]:
+        """The names of the elements of an array that FMI 2.0 spreads over scalar variables, as the file spells them.
+
+        Args:
+            name: The name of the array.
+            causalities: FMI's causalities of its elements; another variable may have the same value reference.
+
+        Returns:
+            The names in the order of the elements.
+        """
+        spelled = {
+            v.valueReference: str(v.name)
+            for v in self.description.modelVariables
+            if v.causality in causalities and whole_name(v.name, {name: None}) == name
+        }
+        return [spelled[reference] for reference in self.references[name]]
+
+    @property
     def is_plain_fmi3(self) -> bool:
         """Whether it is FMI 3.0 Co-Simulation, which can be stepped without Event Mode."""
         return self.version == Version.FMI3 and not self.is_model_exchange
@@ -60,3 +105,7 @@ class Archive:
     def only_once(self) -> bool:
         """Whether a process can hold only one instance of it."""
         return bool(self.interface_type.canBeInstantiatedOnlyOncePerProcess)
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None or value == "" else float(value)

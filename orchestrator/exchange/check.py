@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
@@ -163,12 +163,13 @@ def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out:
     return f"written: {target}, a mapping {'to fill in' if fitting.problems else 'to change as you like'}"
 
 
+_IN_WORDS: Final = {"CoSimulation": "Co-Simulation", "ModelExchange": "Model Exchange"}
+
+
 def _description(path: Path, archive: Archive) -> Iterator[str]:
     d: Any = archive.description
-    interfaces = [
-        n for n, i in (("Co-Simulation", d.coSimulation), ("Model Exchange", d.modelExchange)) if i is not None
-    ]
-    yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {' and '.join(interfaces)}"
+    interfaces = " and ".join(_IN_WORDS[name] for name in archive.interface_types)
+    yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {interfaces}"
     if d.description:
         yield f"  {d.description}"
     suffix = "" if binary(archive) else f"; none for this machine ({platform_tuple()})"

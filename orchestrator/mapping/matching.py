@@ -20,9 +20,11 @@ from typing import Final
 
 from components.interfaces.record import Variable
 from components.interfaces.socket import ANY_LENGTH, Socket
+from components.interfaces.sockets import SOCKETS
 
 _INDEX: Final = re.compile(r"[\[(](\d+)[\])]|(?<=[A-Za-z])_?(\d+)(?=[._]|$)")
-_BEFORE: Final = re.compile(r"^(in|out|input|output|plant|vehicle|traffic|controller)+(?=.)")
+_DIRECTIONS: Final = ("in", "out", "input", "output")
+"""What the names of structures may begin with, besides what sockets are called"""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,9 @@ def _same(signal: str, name: str) -> bool:
 def _same_structure(socket: Socket, signal: str, name: str) -> bool:
     bus, _, leaf = signal.partition(".")
     plain = _plain(name)
-    for variant in {plain, _BEFORE.sub("", plain)}:
+    sockets = [word for known in SOCKETS.values() for word in (known.name, *known.other_names)]
+    prefixes = "|".join(re.escape(word) for word in (*_DIRECTIONS, *sockets))
+    for variant in {plain, re.sub(rf"^({prefixes})+(?=.)", "", plain)}:
         for alias in socket.bus(bus).other_names or (bus,):
             if variant in {alias + _plain(leaf), alias + "bus" + _plain(leaf)}:
                 return True

@@ -11,6 +11,7 @@ from typing import Any
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
+from fmus.reading.archive import Archive
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.resolution import Setting, resolve
@@ -36,13 +37,13 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     }
     held = resolve(unit, interface.inputs, given=started, settings=[s for s in mine if s.name in inputs])
     raise_if_any([*found.problems, *held.problems])
-    h, until, remarks = _experiment(archive.description.defaultExperiment, options)
+    h, until, remarks = _experiment(archive, options)
     if held.values:
         told = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
         remarks.append(f"nothing drives the inputs {told}")
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
-        title=str(archive.description.description or archive.description.modelName),
+        title=archive.title,
         system=System(
             isolated({unit: fmu.with_parameters(found.values)}, options.isolate),
             {},
@@ -61,15 +62,16 @@ def _start(variable: Variable, starts: Mapping[str, Any]) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _experiment(asked: Any, options: Options) -> tuple[float, float, list[str]]:
+def _experiment(archive: Archive, options: Options) -> tuple[float, float, list[str]]:
+    """The macro step and the stop time [s], and what was decided because neither the FMU nor the user says it."""
     remarks: list[str] = []
-    step, until = (getattr(asked, name, None) for name in ("stepSize", "stopTime"))
-    h = macro_step(float(step or STEP) if options.step is None else options.step)
-    if options.step is None and not step:
+    step, until = archive.default_step, archive.default_stop_time
+    h = macro_step((STEP if step is None else step) if options.step is None else options.step)
+    if options.step is None and step is None:
         remarks.append(f"the FMU says no step: {STEP:g} s is used; --step changes it")
     if options.stop_time is not None:
         return h, options.stop_time, remarks
-    if until is None or not math.isfinite(float(until)):
+    if until is None or not math.isfinite(until):
         raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
-    ticks = round(float(until) / h)
-    return h, float(until) if abs(ticks * h - float(until)) <= 1e-9 * max(1.0, float(until)) else ticks * h, remarks
+    ticks = round(until / h)
+    return h, until if abs(ticks * h - until) <= 1e-9 * max(1.0, until) else ticks * h, remarks

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fmus.toolchain.version import Version
 from orchestrator.ssp.vocabulary import SspVersion
 from orchestrator.system.connection import Connection
 from orchestrator.system.source import UnitSource
@@ -11,9 +10,7 @@ from orchestrator.system.system import System
 
 def is_fmi2(system: System) -> bool:
     """Whether all units are FMI 2.0 FMUs without a mapping."""
-    return all(
-        source.describe().version is Version.FMI2 and source.mapping_text() is None for source in system.units.values()
-    )
+    return all(source.is_fmi2 for source in system.units.values())
 
 
 def ssp_version(system: System) -> SspVersion:

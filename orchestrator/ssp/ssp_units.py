@@ -17,7 +17,7 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
-from fmus.reading.archive import Archive
+from fmus.reading.archive import INTERFACE_TYPES, Archive
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import mapped
 from orchestrator.mapping.mapping_reader import read_mapping
@@ -173,15 +173,12 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitS
 def _has_implementation(archive: Archive, component: Component, file: str, findings: Findings) -> bool:
     """Whether an FMU has the FMI type that its component asks for; the findings say where it has not."""
     wanted = component.implementation
-    present = {
-        "CoSimulation": archive.description.coSimulation is not None,
-        "ModelExchange": archive.description.modelExchange is not None,
-    }
-    if not present.get(wanted, True):
-        valid = choices(kind for kind, there in present.items() if there)
+    present = archive.interface_types
+    if wanted in INTERFACE_TYPES and wanted not in present:
+        valid = choices(present)
         findings.add_problem(component.where, f"no {wanted} in {file}", valid)
         return False
-    if wanted == "ModelExchange" and present["CoSimulation"]:
+    if wanted in present and wanted != present[0]:
         found = f"{wanted} asked for of {file}, which has CoSimulation too"
         valid = "CoSimulation, which is used where there is a choice, or any"
         findings.add_breach(component.where, found, valid)

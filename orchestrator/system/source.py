@@ -16,7 +16,6 @@ from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
-from fmus.reading.declared_variables import whole_name
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
@@ -110,6 +109,11 @@ class UnitSource(ABC):
 
     def declares(self, name: str) -> bool:  # noqa: ARG002 - a file may, others do not
         """Whether a file declares a variable of a name, also one that no master exchanges."""
+        return False
+
+    @property
+    def is_fmi2(self) -> bool:
+        """Whether it is an FMU of FMI 2.0 as its file has it, whose arrays are scalar variables."""
         return False
 
     @property
@@ -225,17 +229,16 @@ class Fmu(UnitSource):
 
     @override
     def element_names(self, variable: Variable, role: str) -> Sequence[str]:
-        name = variable.name
-        spelled = {
-            v.valueReference: str(v.name)
-            for v in self.archive.description.modelVariables
-            if v.causality in _CAUSALITIES[role] and whole_name(v.name, {name: None}) == name
-        }
-        return [spelled[reference] for reference in self.archive.references[name]]
+        return self.archive.element_names(variable.name, _CAUSALITIES[role])
 
     @override
     def declares(self, name: str) -> bool:
-        return any(v.name == name for v in self.archive.description.modelVariables)
+        return self.archive.declares(name)
+
+    @property
+    @override
+    def is_fmi2(self) -> bool:
+        return self.archive.version is Version.FMI2
 
     @property
     @override
