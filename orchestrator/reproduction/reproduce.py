@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from components.interfaces.problem import refuse
 from components.interfaces.progress import Progress
 from orchestrator.reproduction import runs, timing
 from orchestrator.reproduction.paper import claims, evidence, goals
@@ -19,6 +17,7 @@ from orchestrator.reproduction.report import report
 from orchestrator.reproduction.varied import varied_content
 from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.reproduction.varied.varied_set import VariedSet
+from orchestrator.results.run_folder import emptied_folder
 
 EXPERIMENTS_FILE: Final = "experiments.json"
 """The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
@@ -76,22 +75,7 @@ def new_folder(out: Path | None) -> Path:
     Raises:
         RequestError: If something else is there, or the folder cannot be written to.
     """
-    folder = out
-    if folder is None:
-        taken = [int(n) for p in Path("runs").glob("reproduce-*") if (n := p.name.rpartition("-")[2]).isdigit()]
-        folder = Path("runs") / f"reproduce-{max(taken, default=0) + 1}"
-    valid = "a folder that is new, empty or a former reproduction, in a place that can be written to"
-    if folder.is_file() or (folder.is_dir() and any(folder.iterdir()) and not (folder / EXPERIMENTS_FILE).is_file()):
-        found = "a file" if folder.is_file() else "a folder with other things in it"
-        raise refuse(str(folder), found, valid, "Choose another folder with --out.")
-    try:
-        if folder.is_dir():
-            shutil.rmtree(folder)
-        folder.mkdir(parents=True)
-    except OSError as error:
-        found = f"a folder that cannot be written to ({error.strerror})"
-        raise refuse(str(folder), found, valid, "Choose another one.") from error
-    return folder
+    return emptied_folder("reproduce", out, "reproduction", lambda folder: (folder / EXPERIMENTS_FILE).is_file())
 
 
 def _drawn(

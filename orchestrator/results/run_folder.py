@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -38,8 +38,8 @@ def new_folder(scenario: str, out: Path | None) -> Path:
     """Make the folder for a run.
 
     Args:
-        scenario: The name of the scenario.
-        out: The folder; the next free one of `runs/NAME-1`, `runs/NAME-2`, ... if not given.
+        scenario: The scenario's name, which names the folder where nothing else does.
+        out: The folder; the next free ``runs/NAME-1``, ``-2``, ... if not given.
 
     Returns:
         The folder, with nothing in it but an empty folder for figures. A former run is replaced.
@@ -47,19 +47,38 @@ def new_folder(scenario: str, out: Path | None) -> Path:
     Raises:
         RequestError: Something other than a run is there, or the place cannot be written to.
     """
+    return emptied_folder(scenario, out, "run", is_run, inside=FIGURES)
+
+
+def emptied_folder(name: str, out: Path | None, what: str, is_former: Callable[[Path], bool], inside: str = "") -> Path:
+    """Make a folder for results, in the place of former results of the same kind.
+
+    Args:
+        name: What names the folder where `out` does not.
+        out: The folder; the next free ``runs/NAME-1``, ``-2``, ... if not given.
+        what: What the results are, for messages.
+        is_former: Tells whether a folder holds former results, which are replaced; anything else that is there stays.
+        inside: A folder that is made in it.
+
+    Returns:
+        The folder, with nothing else in it.
+
+    Raises:
+        RequestError: Something else is there, or the place cannot be written to.
+    """
     folder = out
     if folder is None:
-        taken = {int(p.name.rpartition("-")[2]) for p in Path("runs").glob(f"{scenario}-[0-9]*") if _is_numbered(p)}
-        folder = Path("runs") / f"{scenario}-{max(taken, default=0) + 1}"
-    where, valid = str(folder), "a folder that is new, empty or a former run, in a place that can be written to"
+        taken = {int(p.name.rpartition("-")[2]) for p in Path("runs").glob(f"{name}-[0-9]*") if _is_numbered(p)}
+        folder = Path("runs") / f"{name}-{max(taken, default=0) + 1}"
+    where, valid = str(folder), f"a folder that is new, empty or a former {what}, in a place that can be written to"
     if folder.is_file():
         raise refuse(where, "a file", valid, "Choose another folder with --out.")
     try:
         if folder.is_dir() and any(folder.iterdir()):
-            if not is_run(folder):
+            if not is_former(folder):
                 raise refuse(where, "a folder with other things in it", valid, "Choose another folder with --out.")
             shutil.rmtree(folder)
-        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
+        (folder / inside).mkdir(parents=True, exist_ok=True)
         (folder / ".writable").touch()
         (folder / ".writable").unlink()
     except OSError as error:

@@ -28,6 +28,7 @@ from components import (
 )
 from fmus import Version, build
 from orchestrator import Options, RequestError, load, simulate
+from tests.orchestrator.foreign import relabelled
 
 
 @record
@@ -152,6 +153,13 @@ def test_an_fmu_of_another_maker_fits_it(in_tmp_path, macrostep, without_picture
     assert macrostep("run", "static", "--blocks", "--driver", fmu, "--stop-time", "1", "--out", "run")[0] == 0
     frame = rows(in_tmp_path / "run")
     assert np.allclose(frame["driver.attention.angle"], 0.5 * frame["plant.state.r"], rtol=0, atol=1e-12)
+
+
+def test_structures_of_other_makers_are_found_under_its_name(tmp_path, built_fmus):
+    names = {f"attention.{leaf}": f"driver_attention_{leaf}" for leaf in ("angle", "distance")}
+    fmu = relabelled(build(Novice, Version.FMI2, {"k": 0.5}, tmp_path).path, tmp_path / "theirs.fmu", names)
+    options = Options(mode="blocks", replacements={"driver": str(fmu)}, stop_time=1.0)
+    assert "attention.angle" in {v.name for v in load("static", options).system.units["driver"].interface.outputs}
 
 
 def test_the_known_names_stand_in_messages(scenario):
