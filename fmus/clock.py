@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 SET_BY_IMPORTER: Final = frozenset({"fixed", "tunable"})
-"""Interval variabilities of clocks whose interval the importer sets where the description gives none"""
+"""Interval variabilities of clocks whose interval the importer sets where the description gives none."""
 
 
 @dataclass(frozen=True)
@@ -15,15 +15,15 @@ class Clock:
 
     name: str
     causality: str
-    """`input`, `output` or `local`"""
+    """`input`, `output` or `local`."""
     interval_variability: str
-    """`constant`, `fixed`, `tunable`, `changing`, `countdown` or `triggered`"""
+    """`constant`, `fixed`, `tunable`, `changing`, `countdown` or `triggered`."""
     reference: int
-    """Value reference"""
+    """Value reference."""
     interval: float | None = None
-    """[s] if the description gives it"""
+    """[s] if the description gives it."""
     shift: float = 0.0
-    """[s] delay of the first tick"""
+    """[s] delay of the first tick."""
 
     @property
     def is_time_based(self) -> bool:
@@ -40,7 +40,7 @@ def clocks(root: Any) -> tuple[Clock, ...]:
     """All clocks of a model description.
 
     Args:
-        root: the root element of the XML file, whose attributes follow the schema of FMI 3.0.
+        root: The root element of the XML file, whose attributes follow the schema of FMI 3.0.
     """
     return tuple(_clock(element) for element in root.iterfind("ModelVariables/Clock"))
 

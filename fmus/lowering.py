@@ -22,14 +22,14 @@ class LoweredBlock:
 
     block: type[Block[Any, Any, Any]]
     start: ca.Function
-    """`start(p) -> x`"""
+    """`start(p) -> x`."""
     output: ca.Function
-    """`output(x, u, p) -> y`; for a sampled block, the outputs that it would have if it sampled now"""
+    """`output(x, u, p) -> y`; for a sampled block, the outputs that it would have if it sampled now."""
     step: ca.Function
-    """`step(x, u, p, h) -> x`, or for a sampled block `step(x, u, p, h) -> (x, y)`"""
+    """`step(x, u, p, h) -> x`, or for a sampled block `step(x, u, p, h) -> (x, y)`."""
     sampled: bool
     feedthrough: NDArray[np.bool_]
-    """(outputs, inputs), element by element: whether an input reaches an output without delay"""
+    """(outputs, inputs), element by element: whether an input reaches an output without delay."""
 
 
 @cache

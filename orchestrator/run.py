@@ -33,13 +33,13 @@ class Finished:
     """A run that has ended."""
 
     folder: Path
-    """The run folder"""
+    """The run folder."""
     summary: dict[str, Any]
-    """The content of `summary.json`"""
+    """The content of `summary.json`."""
     ended: SimulationError | KeyboardInterrupt | None
-    """What ended the run before its stop time"""
+    """What ended the run before its stop time."""
     notes: tuple[str, ...]
-    """Problems of the recording and of the live stream, which do not end a run"""
+    """Problems of the recording and of the live stream, which do not end a run."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,9 @@ class Execution:
     recorder: Recorder = field(default_factory=Afterwards)
     """Writes `recording.rrd`; after the run, if not given"""
     live: LiveStream | None = None
-    """Streams the run to a viewer"""
+    """Streams the run to a viewer."""
     realtime: float | None = None
-    """Simulated seconds per second of wall time; without it the run goes as fast as it can"""
+    """Simulated seconds per second of wall time; without it the run goes as fast as it can."""
     figures: bool = True
 
     @property

@@ -92,9 +92,9 @@ class Blockade:
     x_1: float
     x_8: float
     stays: bool
-    """Whether there is no room for a return before `x_8`"""
+    """Whether there is no room for a return before `x_8`."""
     corner: tuple[float, float]
-    """Corner of the boundary of the obstacle that is passed first"""
+    """Corner of the boundary of the obstacle that is passed first."""
 
 
 def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> Manoeuvre:

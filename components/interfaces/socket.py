@@ -17,10 +17,10 @@ class Reading(Enum):
 
     NOTHING = "nothing"
     SOMETHING = "something"
-    """At least one signal: without any the unit would be blind"""
+    """At least one signal: without any the unit would be blind."""
     EVERYTHING = "everything"
     DESIRED = "desired"
-    """Nothing, but a unit that reads nothing is worth a remark"""
+    """Nothing, but a unit that reads nothing is worth a remark."""
 
 
 class Position(Enum):
@@ -35,17 +35,17 @@ class BusTraits:
     """What units of other makers may do differently with a bus, and what a socket makes of it when it is read."""
 
     other_names: tuple[str, ...] = ()
-    """What structures of other makers are called that hold its signals, in lower case without separators"""
+    """What structures of other makers are called that hold its signals, in lower case without separators."""
     position: Position | None = None
-    """What its positions may refer to; `None` where it has none"""
+    """What its positions may refer to; `None` where it has none."""
     partial: bool = False
-    """Whether its arrays have slots that may stay empty, so that shorter arrays fit too"""
+    """Whether its arrays have slots that may stay empty, so that shorter arrays fit too."""
     numbered: tuple[str, str] | None = None
-    """A signal that is 1, 2, ... where it is missing, and the signal whose length says how many"""
+    """A signal that is 1, 2, ... where it is missing, and the signal whose length says how many."""
     driven_by: str = ""
-    """For an input bus: the output bus that drives it in a system of sockets, as `socket.bus`"""
+    """For an input bus: the output bus that drives it in a system of sockets, as `socket.bus`."""
     must_read: Reading = Reading.NOTHING
-    """For an input bus: how much of it a unit must read to fill the socket"""
+    """For an input bus: how much of it a unit must read to fill the socket."""
 
 
 @dataclass(frozen=True)

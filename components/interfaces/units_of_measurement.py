@@ -32,7 +32,7 @@ class UnitOfMeasurement:
     """What our own signals and parameters are measured in."""
 
     quantity: str
-    """What it measures, as the name of an FMI type"""
+    """What it measures, as the name of an FMI type."""
     base: BaseUnit
 
 

@@ -59,16 +59,16 @@ class Dynamics:
     """A model of the package: its functions, and which variables of its state have a special part in a stop."""
 
     state: type
-    """The state as a record, in the package's order"""
+    """The state as a record, in the package's order."""
     start: Callable[[Sequence[float], Any], Sequence[float]]
     """``start([x, y, delta, v, psi, r, beta], parameters) -> x``"""
     slope: Callable[[list[float], Sequence[float], Any], Sequence[float]]
     """``slope(x, [v_delta, a], parameters) -> dx/dt``"""
     speed: str
     moving: tuple[str, ...]
-    """What is zero at standstill, beside the speed"""
+    """What is zero at standstill, beside the speed."""
     wheels: tuple[str, ...] = ()
-    """Wheel speeds, which do not become negative"""
+    """Wheel speeds, which do not become negative."""
     steering: str = "delta"
 
     @cached_property

@@ -24,7 +24,7 @@ from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 
 _NAMESPACE: Final = uuid.UUID("7d1c4a9e-6a55-5e0c-9b6e-3f1a8c0f2d47")
-"""The namespace of the tokens, in which the name of a token is the digest of an FMU's C sources"""
+"""The namespace of the tokens, in which the name of a token is the digest of an FMU's C sources."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Generated:
     variables: FmiVariables
     depends: Dependencies
     token: str
-    """GUID (FMI 2.0) and instantiation token (FMI 3.0): the same C with the same start values has the same token"""
+    """GUID (FMI 2.0) and instantiation token (FMI 3.0): the same C with the same start values has the same token."""
     sources: Mapping[str, bytes]
-    """The generated C files by name"""
+    """The generated C files by name."""
 
 
 def generate(block: type[Block[Any, Any, Any]], start: Array) -> Generated:

@@ -20,9 +20,9 @@ class Dependencies:
 
     variables: FmiVariables
     on_inputs: NDArray[np.bool_]
-    """(outputs, inputs)"""
+    """(outputs, inputs)."""
     on_parameters: NDArray[np.bool_] | None
-    """(outputs, parameters), also by way of the start state; None where it is not known, which stands for all"""
+    """(outputs, parameters), also by way of the start state; None where it is not known, which stands for all."""
 
     def of(self, output: FmiVariable, rows: range) -> Callable[[FmiVariable], Sequence[int]]:
         """The dependencies of some elements of an output.

@@ -15,10 +15,10 @@ from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, bas
 from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, FmiVariables
 
 XmlElement: TypeAlias = etree._Element  # noqa: SLF001  # pyright: ignore[reportPrivateUsage] - lxml has no other name
-"""An XML element"""
+"""An XML element."""
 
 ANNOTATION: Final = "macrostep"
-"""The name of vendor annotations of macrostep"""
+"""The name of vendor annotations of macrostep."""
 
 LOG_CATEGORIES: Final = MappingProxyType(
     {"logStatusError": "why a call returned an error", "logStatusWarning": "outputs that are not finite numbers"}

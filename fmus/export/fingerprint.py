@@ -34,9 +34,9 @@ class Stamp:
     """What identifies all that an FMU is built from."""
 
     sources: str
-    """Digest of all sources that the FMU depends on, its start values, and the versions of the generators"""
+    """Digest of all sources that the FMU depends on, its start values, and the versions of the generators."""
     compiler: str
-    """The compiler, its flags and its platform"""
+    """The compiler, its flags and its platform."""
 
     def to_bytes(self) -> bytes:
         """The file inside the FMU."""

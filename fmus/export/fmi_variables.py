@@ -15,7 +15,7 @@ Causality: TypeAlias = Literal["parameter", "input", "output"]
 Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
 
 TIME_REFERENCE: Final = 0
-"""The value reference of the independent variable of FMI 3.0"""
+"""The value reference of the independent variable of FMI 3.0."""
 
 COMMUNICATION_STEP: Final = 0.1
 """[s] The step size of the default experiment, and the interval of a sampled block's clock unless another is set."""
@@ -29,9 +29,9 @@ class FmiVariable:
     causality: Causality
     variability: Variability
     reference: int
-    """Value reference of the first element; those of the other elements follow"""
+    """Value reference of the first element; those of the other elements follow."""
     start: tuple[float, ...]
-    """Start values of parameters and inputs, element by element; empty for outputs"""
+    """Start values of parameters and inputs, element by element; empty for outputs."""
 
     @property
     def name(self) -> str:
@@ -55,7 +55,7 @@ class SampleClock:
     name: str = "sample"
     description: str = "the block acts at each tick; in event mode only"
     interval: float = COMMUNICATION_STEP
-    """[s] The time from one tick to the next, which the importer may change in Initialization Mode"""
+    """[s] The time from one tick to the next, which the importer may change in Initialization Mode."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class FmiVariables:
     inputs: tuple[FmiVariable, ...]
     outputs: tuple[FmiVariable, ...]
     clock: SampleClock | None
-    """The clock of a sampled block, which only FMI 3.0 has; iteration leaves it out"""
+    """The clock of a sampled block, which only FMI 3.0 has; iteration leaves it out."""
 
     def __iter__(self) -> Iterator[FmiVariable]:
         yield from self.parameters

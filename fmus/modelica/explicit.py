@@ -24,9 +24,9 @@ class ExplicitModel:
     inputs: tuple[FlatVariable, ...]
     outputs: tuple[FlatVariable, ...]
     start: ca.Function
-    """`start(p) -> x`"""
+    """`start(p) -> x`."""
     evaluate: ca.Function
-    """`evaluate(x, u, p) -> (dx/dt, y)`"""
+    """`evaluate(x, u, p) -> (dx/dt, y)`."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class _Scalar:
 
 
 SymbolValues = list[tuple[Any, Any]]
-"""Symbols and their values, each in terms of known symbols and of the symbols before it"""
+"""Symbols and their values, each in terms of known symbols and of the symbols before it."""
 
 
 class _Model:

@@ -28,7 +28,7 @@ _OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     "Or": ca.logic_or,
 }
 _OF_SCALARS: Final = ("Mul", "Div", "Exp")
-"""Operators that have another meaning, or none, between two arrays"""
+"""Operators that have another meaning, or none, between two arrays."""
 _SIGNS: Final[Mapping[str, Callable[[Any], Any]]] = {"Plus": lambda a: a, "Minus": lambda a: -a, "Not": ca.logic_not}
 _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     **{

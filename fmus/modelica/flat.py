@@ -21,7 +21,7 @@ from components.interfaces.quantity import Type
 from fmus.modelica.rumoca_library import compiled_model
 
 Tree: TypeAlias = Mapping[str, Any]
-"""An expression of rumoca: one key, which names its form, with its parts"""
+"""An expression of rumoca: one key, which names its form, with its parts."""
 VariableRole: TypeAlias = Literal["input", "output", "parameter", "dependent", "local"]
 
 _TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32, "Boolean": Type.BOOLEAN}
@@ -44,7 +44,7 @@ class FlatVariable:
     type: Type
     shape: tuple[int, ...]
     role: VariableRole
-    """`dependent`: a constant, a protected or final parameter, or one that others determine"""
+    """`dependent`: a constant, a protected or final parameter, or one that others determine."""
     unit: str
     description: str
     low: Tree | None
@@ -53,7 +53,7 @@ class FlatVariable:
     fixed: bool
     binding: Tree | None
     place: str
-    """The file and line of the declaration"""
+    """The file and line of the declaration."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class FlatModel:
     name: str
     summary: str
     definition: str
-    """Digest of all texts that it was made from, and of the version of rumoca"""
+    """Digest of all texts that it was made from, and of the version of rumoca."""
     place: str
     variables: Mapping[str, FlatVariable]
     equations: tuple[Equation, ...]

@@ -24,11 +24,11 @@ class CompiledModel:
     """A model that rumoca has compiled."""
 
     name: str
-    """Its full name"""
+    """Its full name."""
     flat: Mapping[str, Any]
-    """The syntax tree of the flat model"""
+    """The syntax tree of the flat model."""
     sources: list[tuple[int, str, str]]
-    """Number, file and text of everything that it was compiled from"""
+    """Number, file and text of everything that it was compiled from."""
 
 
 def compiled_model(path: Path, model: str | None, library: Path) -> CompiledModel:

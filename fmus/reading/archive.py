@@ -29,20 +29,20 @@ class Archive:
     path: Path
     version: Version
     description: Any
-    """The model description as FMPy reads it"""
+    """The model description as FMPy reads it."""
     interface: Interface
     references: dict[str, list[int]]
-    """Value references of each variable: one per element in FMI 2.0, one in all in FMI 3.0"""
+    """Value references of each variable: one per element in FMI 2.0, one in all in FMI 3.0."""
     structural: tuple[str, ...] = ()
-    """Structural parameters: those that the lengths of arrays depend on"""
+    """Structural parameters: those that the lengths of arrays depend on."""
     clocks_of: Mapping[str, frozenset[int]] = field(default_factory=dict[str, frozenset[int]])
-    """Value references of the clocks of each clocked variable"""
+    """Value references of the clocks of each clocked variable."""
     remarks: tuple[str, ...] = ()
-    """What a user should know of it: the rules of FMI that it breaks, and what it needs"""
+    """What a user should know of it: the rules of FMI that it breaks, and what it needs."""
     files: frozenset[str] = frozenset()
-    """The paths of all files in it"""
+    """The paths of all files in it."""
     root: Any = None
-    """The root element of its model description"""
+    """The root element of its model description."""
 
     @property
     def is_model_exchange(self) -> bool:

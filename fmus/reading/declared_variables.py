@@ -40,15 +40,15 @@ class DeclaredVariable:
 
     variable: Variable
     causality: str
-    """`input`, `output`, `parameter` (structural ones too), or `initial` for a start value that may be set"""
+    """`input`, `output`, `parameter` (structural ones too), or `initial` for a start value that may be set."""
     start: Any
-    """The start value in the shape of the variable; None where there is none"""
+    """The start value in the shape of the variable; None where there is none."""
     references: list[int]
-    """Value references: one per element in FMI 2.0, one in all in FMI 3.0"""
+    """Value references: one per element in FMI 2.0, one in all in FMI 3.0."""
     structural: bool = False
-    """Whether it is a structural parameter"""
+    """Whether it is a structural parameter."""
     clocks: tuple[int, ...] = ()
-    """Value references of the clocks that the variable belongs to"""
+    """Value references of the clocks that the variable belongs to."""
 
 
 def declared_variables(

@@ -40,11 +40,11 @@ class Description:
     """A model description that can be used."""
 
     root: Any
-    """The root element"""
+    """The root element."""
     model: ModelDescription
     version: Version
     remarks: tuple[str, ...]
-    """The rules that it breaks although it can be run"""
+    """The rules that it breaks although it can be run."""
 
 
 def read_description(content: bytes, where: str, *, lenient: bool) -> Description:

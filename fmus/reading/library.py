@@ -17,7 +17,7 @@ from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 
 _LISTED: Final = 5
-"""How many missing functions a message lists"""
+"""How many missing functions a message lists."""
 
 
 def binary_remark(archive: Archive) -> str | None:

@@ -19,9 +19,9 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 
 MOST_ENTRIES: Final = 100_000
 LARGEST_ARCHIVE: Final = 8 * 2**30
-"""[byte] The size of all files of an archive together"""
+"""[byte] The size of all files of an archive together."""
 SUSPICIOUS_SIZE: Final = 256 * 2**20
-"""[byte] Files that have more together, and more than `LARGEST_RATIO` times the size of the archive, are a zip bomb"""
+"""[byte] Files that have more together, and more than `LARGEST_RATIO` times the size of the archive, are a zip bomb."""
 LARGEST_RATIO: Final = 200
 
 

@@ -19,7 +19,7 @@ from signal import Signals
 from typing import IO, Any, Final
 
 _DIES_WITHIN: Final = 5.0
-"""[s] until a process that has closed its streams has ended, too"""
+"""[s] until a process that has closed its streams has ended, too."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Death:
     """How a process ended."""
 
     code: int
-    """The exit code, or the negative number of the signal that ended the process"""
+    """The exit code, or the negative number of the signal that ended the process."""
 
     @property
     def signal(self) -> Signals | None:
@@ -39,7 +39,7 @@ class ChildDiedError(RuntimeError):
     """The child process ended, or closed its streams, before it answered.
 
     Args:
-        death: how the process ended; None for one that is still alive.
+        death: How the process ended; None for one that is still alive.
     """
 
     def __init__(self, death: Death | None) -> None:
@@ -51,7 +51,7 @@ class ChildSilentError(RuntimeError):
     """The child process did not answer in time and was ended.
 
     Args:
-        within: the time that it had [s].
+        within: The time that it had [s].
     """
 
     def __init__(self, within: float) -> None:
@@ -66,9 +66,9 @@ class ChildProcess:
     order.
 
     Args:
-        module: name of the module that the child runs with `python -m`; it talks by `ParentProcess`.
-        environment: environment variables that differ from those of this process.
-        errors: the file that standard error is written to; that of this process where none is given.
+        module: Name of the module that the child runs with `python -m`; it talks by `ParentProcess`.
+        environment: Environment variables that differ from those of this process.
+        errors: The file that standard error is written to; that of this process where none is given.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class ChildProcess:
             start_new_session=True,
         )
         self.requests = _there(self._process.stdin)
-        """The stream that the child reads requests from"""
+        """The stream that the child reads requests from."""
         self._answers = _there(self._process.stdout)
         self._readable = DefaultSelector()  # prepared once: a step of a unit waits for one answer
         self._readable.register(self._answers, EVENT_READ)
@@ -101,11 +101,11 @@ class ChildProcess:
         """Wait for the next answer.
 
         Args:
-            within: deadline [s]; without one, this waits as long as the child lives.
+            within: Deadline [s]; without one, this waits as long as the child lives.
 
         Raises:
-            ChildDiedError: the child ended before it answered.
-            ChildSilentError: the child did not answer in time; it has been ended, as its late answer would be taken
+            ChildDiedError: The child ended before it answered.
+            ChildSilentError: The child did not answer in time; it has been ended, as its late answer would be taken
                 for that to the next request.
         """
         try:
@@ -120,7 +120,7 @@ class ChildProcess:
         """Wait until the child has ended.
 
         Args:
-            within: deadline [s]; without one, this waits as long as the child lives.
+            within: Deadline [s]; without one, this waits as long as the child lives.
 
         Returns:
             How it ended; None if it is still alive.

@@ -23,7 +23,7 @@ code, -O2 takes twice as long to compile as -O1, and the result is only a tenth 
 """
 
 _LINES_SHOWN: Final = 12
-"""How many lines of the compiler's output a message has"""
+"""How many lines of the compiler's output a message has."""
 
 
 class BuildError(RuntimeError):
@@ -36,7 +36,7 @@ class Compiler:
 
     command: tuple[str, ...]
     identity: str
-    """The first line of what it prints about its version"""
+    """The first line of what it prints about its version."""
 
     def compile(self, source: Path, include: Path) -> Path:
         """Compile one C file to an object file beside it.

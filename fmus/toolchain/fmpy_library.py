@@ -98,9 +98,9 @@ __all__ = [
 
 _PACKAGE: Final = Path(fmpy.__file__).parent
 C_HEADERS: Final = _PACKAGE / "c-code"
-"""The folder with the C headers of FMI, in which each carries its licence"""
+"""The folder with the C headers of FMI, in which each carries its licence."""
 SSP_SCHEMAS: Final = _PACKAGE / "ssp" / "schema"
-"""The folder with the XML schemas of SSP 1.0"""
+"""The folder with the XML schemas of SSP 1.0."""
 FMI2_LOGGING_LIBRARY: Final = _PACKAGE / "logging" / fmpy.platform / f"logging{fmpy.sharedLibraryExtension}"
 """The library that formats the log messages of FMI 2.0 and, after `addLoggerProxy`, hands them to one receiver.
 
@@ -158,13 +158,13 @@ class DescriptionBreach:
     """A rule of FMI that a model description breaks."""
 
     report: str
-    """FMPy's report in one line"""
+    """FMPy's report in one line."""
     found: str
-    """The report without the line of the file"""
+    """The report without the line of the file."""
     line: int | None
-    """The line of modelDescription.xml, where FMPy names one"""
+    """The line of modelDescription.xml, where FMPy names one."""
     concerns_variability: bool
-    """Whether the breach is a variability that the variable's type does not allow"""
+    """Whether the breach is a variability that the variable's type does not allow."""
 
 
 def description_breaches(model: ModelDescription, *, with_structure: bool) -> list[DescriptionBreach]:
@@ -210,19 +210,19 @@ class Sundials:
     """
 
     CVodeSolver: type[CVodeSolver]
-    """FMPy's class around one integrator"""
+    """FMPy's class around one integrator."""
     CVode: Callable[..., int]
-    """Integrate; the last argument says whether by one internal step or up to a time"""
+    """Integrate; the last argument says whether by one internal step or up to a time."""
     CV_ROOT_RETURN: int
-    """The status when an event indicator has crossed zero"""
+    """The status when an event indicator has crossed zero."""
     NV_DATA_S: Callable[[Any], Any]
-    """The values of a vector"""
+    """The values of a vector."""
     N_VDestroy_Serial: Callable[[Any], None]
-    """Free a vector"""
+    """Free a vector."""
     core: CDLL
-    """The library with contexts, matrices and linear solvers"""
+    """The library with contexts, matrices and linear solvers."""
     cvode: CDLL
-    """The library with the integrator"""
+    """The library with the integrator."""
 
 
 @cache

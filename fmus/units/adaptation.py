@@ -11,7 +11,7 @@ from components.interfaces.conversion import IDENTITY, Linear
 from fmus.units.conventions import Convention
 
 VariableElement: TypeAlias = tuple[str, int]
-"""An element of a variable: the name of the variable, and the index of the element, from 0"""
+"""An element of a variable: the name of the variable, and the index of the element, from 0."""
 
 
 @dataclass(frozen=True)
@@ -19,13 +19,13 @@ class Link:
     """One signal of ours and the elements of theirs that stand for its first elements: ``ours = relation(theirs)``."""
 
     signal: str
-    """Name of our signal"""
+    """Name of our signal."""
     theirs: tuple[VariableElement, ...]
-    """Their element for each element of our signal, in order"""
+    """Their element for each element of our signal, in order."""
     relation: Linear = IDENTITY
     low: float = -math.inf
     high: float = math.inf
-    """Limits of the values that theirs is given, in its own unit of measurement"""
+    """Limits of the values that theirs is given, in its own unit of measurement."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class RateInput:
     rate: Link
     present: Link | None
     limit: float = math.inf
-    """The largest rate, in the signal's unit of measurement per second"""
+    """The largest rate, in the signal's unit of measurement per second."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ class Adaptation:
     inputs: tuple[Link, ...] = ()
     outputs: tuple[Link, ...] = ()
     constants: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Outputs of ours that have no variable of theirs, with their values"""
+    """Outputs of ours that have no variable of theirs, with their values."""
     held: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Inputs of theirs that no signal of ours drives, with their values"""
+    """Inputs of theirs that no signal of ours drives, with their values."""
     conventions: Mapping[str, tuple[Convention, ...]] = field(default_factory=dict[str, tuple[Convention, ...]])
-    """By bus, in the order in which they are applied to what the foreign unit shows"""
+    """By bus, in the order in which they are applied to what the foreign unit shows."""
     rates: tuple[RateInput, ...] = ()
     integrated: tuple[str, ...] = ()
-    """Outputs of ours of which the foreign unit shows the rate; they start at 0"""
+    """Outputs of ours of which the foreign unit shows the rate; they start at 0."""
     passed_on: tuple[str, ...] = ()
-    """Outputs of theirs that are shown under their own names"""
+    """Outputs of theirs that are shown under their own names."""

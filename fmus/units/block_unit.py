@@ -40,9 +40,9 @@ def by_variable(lowered: LoweredBlock, outputs: tuple[Variable, ...], inputs: tu
     """The feedthrough of whole variables: true where any element of an input reaches any element of an output.
 
     Args:
-        lowered: the block's functions, with the feedthrough element by element.
-        outputs: all outputs of the block.
-        inputs: all inputs of the block.
+        lowered: The block's functions, with the feedthrough element by element.
+        outputs: All outputs of the block.
+        inputs: All inputs of the block.
 
     Returns:
         Booleans, (outputs, inputs).
@@ -58,15 +58,15 @@ class BlockState(StateCapability):
     """The memory of a running block, which can be copied out and in.
 
     Args:
-        states: number of states.
-        outputs: number of outputs.
+        states: Number of states.
+        outputs: Number of outputs.
     """
 
     def __init__(self, states: int, outputs: int) -> None:
         self.x = np.zeros(states)
         self.y = np.zeros(outputs)
         self.held = False
-        """Whether the outputs stand until the next sample, as those of a sampled block do after its first"""
+        """Whether the outputs stand until the next sample, as those of a sampled block do after its first."""
 
     @override
     def save(self) -> Any:
@@ -85,8 +85,8 @@ class BlockUnit(Unit):
     """A block that runs in this process.
 
     Args:
-        name: name of the unit.
-        block: the block's class.
+        name: Name of the unit.
+        block: The block's class.
     """
 
     def __init__(self, name: str, block: type[Block[Any, Any, Any]]) -> None:

@@ -23,10 +23,10 @@ class EventCapability(ABC):
         """Use Event Mode from now on; called once, before `Unit.bind`.
 
         Args:
-            h: the communication step of the unit [s], which is the interval of clocks that have none of their own.
+            h: The communication step of the unit [s], which is the interval of clocks that have none of their own.
 
         Raises:
-            UnitError: the unit cannot be started with Event Mode.
+            UnitError: The unit cannot be started with Event Mode.
         """
 
     @abstractmethod

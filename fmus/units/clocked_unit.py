@@ -80,15 +80,15 @@ class ClockedEvents(EventCapability):
     """Event Mode of a `ClockedUnit`.
 
     Args:
-        unit: the unit, for its messages and its clocks.
+        unit: The unit, for its messages and its clocks.
         fmu: FMPy's object.
-        instantiate_again: replaces the instance by one with Event Mode.
+        instantiate_again: Replaces the instance by one with Event Mode.
     """
 
     def __init__(self, unit: Unit, fmu: Any, instantiate_again: Callable[[], None]) -> None:
         self._unit, self._fmu, self._instantiate_again = unit, fmu, instantiate_again
         self.mode: EventMode | None = None
-        """The events of the present instance, once they are used"""
+        """The events of the present instance, once they are used."""
 
     def check(self, action: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function; `action` is what has failed if it fails. Raises `UnitError`."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Views: TypeAlias = Mapping[str, NDArray[Any]]
-"""The signals of a bus by name, as views of the memory that holds them"""
+"""The signals of a bus by name, as views of the memory that holds them."""
 
 LEFTWARD: Final = frozenset(
     {"y", "psi", "v_y", "r", "beta", "delta_f", "alpha_f", "alpha_r", "F_cf", "F_cr", "a_y", "r_dot"}

@@ -20,7 +20,7 @@ from fmus.toolchain.fmpy_library import FMICallException, sundials
 _ONE_STEP: Final = 2
 _DISCARD: Final = 2
 _AGAIN, _GIVE_UP = 1, -1
-"""What an evaluation that failed returns to CVODE: try a smaller step, or stop"""
+"""What an evaluation that failed returns to CVODE: try a smaller step, or stop."""
 
 _SUNDIALS: Final = sundials()
 _set_stop_time = _SUNDIALS.cvode["CVodeSetStopTime"]
@@ -69,9 +69,9 @@ class CvodeIntegrator(_SUNDIALS.CVodeSolver):
     """BDF of variable order and step; absolute tolerances are the relative one times the nominal values.
 
     Args:
-        model: the FMU.
-        time: the present time [s].
-        tolerance: relative tolerance [1].
+        model: The FMU.
+        time: The present time [s].
+        tolerance: Relative tolerance [1].
     """
 
     def __init__(self, model: ContinuousModel, time: float, tolerance: float) -> None:

@@ -34,13 +34,13 @@ class StepResult(NamedTuple):
     """What came of one call of the FMU's step function."""
 
     status: int
-    """The FMI status"""
+    """The FMI status."""
     interrupted: bool
-    """Whether the FMU needs an event or returned early"""
+    """Whether the FMU needs an event or returned early."""
     terminate: bool
-    """Whether the FMU asks for the end of the simulation"""
+    """Whether the FMU asks for the end of the simulation."""
     reached: float
-    """[s] the time that was reached"""
+    """[s] the time that was reached."""
 
 
 class EventMode:
@@ -48,8 +48,8 @@ class EventMode:
 
     Args:
         fmu: FMPy's object, whose instance was made with Event Mode.
-        clocks: all clocks of the FMU.
-        h: the communication step of the unit [s].
+        clocks: All clocks of the FMU.
+        h: The communication step of the unit [s].
     """
 
     def __init__(self, fmu: Any, clocks: tuple[Clock, ...], h: float) -> None:
@@ -59,15 +59,15 @@ class EventMode:
         self._outputs = [c for c in clocks if c.causality == "output"]
         self._references = {c.name: c.reference for c in clocks}
         self._next: dict[int, float] = {}
-        """[s] next tick of each time-based clock"""
+        """[s] next tick of each time-based clock."""
         self._ticks: dict[int, tuple[float, float, int]] = {}
-        """First tick and interval [s] of each clock that ticks regularly, and how often it has ticked since"""
+        """First tick and interval [s] of each clock that ticks regularly, and how often it has ticked since."""
         self._triggered: set[int] = set()
         self._in_event_mode = False
         self.active: frozenset[int] = frozenset()
-        """Clocks that tick at this instant: only their variables may be set and read"""
+        """Clocks that tick at this instant: only their variables may be set and read."""
         self._fired: set[str] = set()
-        """Output clocks that have ticked and were not forwarded yet, by name"""
+        """Output clocks that have ticked and were not forwarded yet, by name."""
 
     def prepare(self) -> None:
         """Give the clocks that have none the macro step as their interval; in Initialization Mode."""
@@ -114,9 +114,9 @@ class EventMode:
         """Lead from `t` to `t + h` [s] and handle all instants in between.
 
         Args:
-            do_step: calls the FMU's step function for a time and a length [s].
-            t: the present communication point.
-            h: the communication step.
+            do_step: Calls the FMU's step function for a time and a length [s].
+            t: The present communication point.
+            h: The communication step.
 
         Returns:
             0, or the FMI status of the step that failed.

@@ -26,8 +26,8 @@ def register(name: str, receive: Callable[[int, bytes], None]) -> int:
     """Register an instance.
 
     Args:
-        name: name of the instance, for FMUs that do not pass their environment on.
-        receive: called with the status and the text of each message.
+        name: Name of the instance, for FMUs that do not pass their environment on.
+        receive: Called with the status and the text of each message.
 
     Returns:
         The environment that the instance has to be given.

@@ -18,9 +18,9 @@ class NativeAccess(NamedTuple):
     """How a library is given, and gives, values of one type."""
 
     function: str
-    """The part of the access functions' names after `Get` or `Set`"""
+    """The part of the access functions' names after `Get` or `Set`."""
     dtype: type[np.generic]
-    """How the library stores a value"""
+    """How the library stores a value."""
 
 
 @dataclass(frozen=True)
@@ -28,21 +28,21 @@ class FmiApi:
     """What differs between the versions of FMI for somebody who calls the functions of a library."""
 
     prefix: str
-    """The beginning of all function names"""
+    """The beginning of all function names."""
     co_simulation: type[Any]
-    """FMPy's class for a Co-Simulation FMU"""
+    """FMPy's class for a Co-Simulation FMU."""
     model_exchange: type[Any]
-    """FMPy's class for a Model Exchange FMU"""
+    """FMPy's class for a Model Exchange FMU."""
     access: Mapping[Type, NativeAccess]
-    """By type, for the types that this version of FMI has"""
+    """By type, for the types that this version of FMI has."""
     counts_values: bool
-    """Whether access functions are told the number of values, beside that of the variables"""
+    """Whether access functions are told the number of values, beside that of the variables."""
     get_state: str
-    """FMPy's name of the function that saves the FMU state"""
+    """FMPy's name of the function that saves the FMU state."""
     set_state: str
     free_state: str
     token: str
-    """What this version of FMI calls the text by which a library recognises its modelDescription.xml"""
+    """What this version of FMI calls the text by which a library recognises its modelDescription.xml."""
 
 
 FMI2_API: Final = FmiApi(

@@ -40,18 +40,18 @@ from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 from fmus.units.value_calls import ADDRESS, ValueCalls, library_function
 
 _FAILURES = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
-"""FMI 2.0's names for the categories of messages that say why a call failed"""
+"""FMI 2.0's names for the categories of messages that say why a call failed."""
 
 
 class FmuUnit(Unit):
     """What the units of both versions of FMI share: unpacking, life cycle, values and state.
 
     Args:
-        name: name of the unit, which is also that of the instance.
-        archive: the FMU file.
+        name: Name of the unit, which is also that of the instance.
+        archive: The FMU file.
 
     Raises:
-        RequestError: the library cannot be loaded, or refuses to make an instance.
+        RequestError: The library cannot be loaded, or refuses to make an instance.
     """
 
     api: ClassVar[FmiApi]

@@ -30,7 +30,7 @@ class Instantiation:
     parameters: Mapping[str, Any]
     lenient: bool
     memory: Path
-    """The file that both processes map"""
+    """The file that both processes map."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class UnitCall:
     method: str
     arguments: tuple[Any, ...] = ()
     set_first: bool = False
-    """Whether the inputs have changed and have to be set before"""
+    """Whether the inputs have changed and have to be set before."""
     get_after: bool = False
-    """Whether the outputs are wanted afterwards"""
+    """Whether the outputs are wanted afterwards."""
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
-    """The inputs that are texts or bytes, type by type"""
+    """The inputs that are texts or bytes, type by type."""
 
 
 @dataclass(frozen=True)
@@ -54,19 +54,19 @@ class UnitReply:
     value: Any = None
     messages: tuple[str, ...] = ()
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
-    """The outputs that are texts or bytes, type by type"""
+    """The outputs that are texts or bytes, type by type."""
     problems: tuple[Problem, ...] = ()
-    """Those of a `RequestError`"""
+    """Those of a `RequestError`."""
     fault: tuple[str, tuple[str, ...]] | None = None
-    """`action` and `said` of a `UnitError`"""
+    """`action` and `said` of a `UnitError`."""
 
 
 def map_columns(interface: Interface, file: Path) -> tuple[dict[Type, Column], dict[Type, Column]]:
     """The columns of all inputs and of all outputs of a unit, whose numbers lie in a file.
 
     Args:
-        interface: the interface of the unit, the same in both processes.
-        file: the shared file; it is made by the process that comes first.
+        interface: The interface of the unit, the same in both processes.
+        file: The shared file; it is made by the process that comes first.
     """
     roles = widths(interface.inputs), widths(interface.outputs)
     size = _ALIGNMENT + sum(_bytes(kind, n) for role in roles for kind, n in role.items() if kind.is_number)

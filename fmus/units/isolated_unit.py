@@ -21,26 +21,26 @@ from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 PATIENCE: Final = 30.0
-"""[s] that a call may take unless something else is said"""
+"""[s] that a call may take unless something else is said."""
 _STARTING: Final = 60.0
-"""[s] that the start of the process and of the FMU may take"""
+"""[s] that the start of the process and of the FMU may take."""
 _CLOSING: Final = 5.0
-"""[s] that the FMU, and then its process, may take to end"""
+"""[s] that the FMU, and then its process, may take to end."""
 
 
 class IsolatedUnit(Unit):
     """An FMU in another process.
 
     Args:
-        name: name of the unit.
-        archive: the FMU file.
-        parameters: the values that decide the lengths of arrays, and any others.
-        lenient: whether broken rules of FMI are overlooked that do not keep the FMU from running.
-        patience: the time that a call may take [s]; a call that takes longer ends the process.
+        name: Name of the unit.
+        archive: The FMU file.
+        parameters: The values that decide the lengths of arrays, and any others.
+        lenient: Whether broken rules of FMI are overlooked that do not keep the FMU from running.
+        patience: The time that a call may take [s]; a call that takes longer ends the process.
 
     Raises:
-        RequestError: the FMU cannot be instantiated.
-        UnitError: its process died or hung meanwhile.
+        RequestError: The FMU cannot be instantiated.
+        UnitError: Its process died or hung meanwhile.
     """
 
     def __init__(

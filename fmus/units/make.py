@@ -12,11 +12,11 @@ def fmu_unit(name: str, archive: Archive) -> FmuUnit:
     """The FMU in `archive` as a unit.
 
     Args:
-        name: name of the unit.
-        archive: the FMU file, opened.
+        name: Name of the unit.
+        archive: The FMU file, opened.
 
     Raises:
-        RequestError: the library of the FMU cannot be used.
+        RequestError: The library of the FMU cannot be used.
     """
     if archive.is_model_exchange:
         from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415 - it loads SUNDIALS

@@ -27,10 +27,10 @@ class MappedUnit(Unit):
     """A foreign unit with the interface of a socket.
 
     Args:
-        name: name of the unit.
-        interface: the interface of the socket, as far as the foreign unit serves it.
-        inner: the foreign unit.
-        adaptation: how its variables stand for the signals of the socket.
+        name: Name of the unit.
+        interface: The interface of the socket, as far as the foreign unit serves it.
+        inner: The foreign unit.
+        adaptation: How its variables stand for the signals of the socket.
     """
 
     def __init__(self, name: str, interface: Interface, inner: Unit, adaptation: Adaptation) -> None:
@@ -151,7 +151,7 @@ class _Rate:
     def __init__(self, declared: RateInput) -> None:
         self._declared = declared
         self.kept = 0.0
-        """The present value of the signal, as far as the adapter can compute it"""
+        """The present value of the signal, as far as the adapter can compute it."""
 
     def bind(self, ours: Mapping[str, Column], inputs: Mapping[str, Column], outputs: Mapping[str, Column]) -> None:
         rate, present = self._declared.rate, self._declared.present

@@ -21,9 +21,9 @@ from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.units.unit import Column, TypedColumns, UnitError, carry_out
 
 RELATIVE_TOLERANCE: Final = 1e-8
-"""Relative tolerance where the FMU declares none"""
+"""Relative tolerance where the FMU declares none."""
 LOOSEST_TOLERANCE: Final = 1e-6
-"""The largest relative tolerance, whatever the FMU declares"""
+"""The largest relative tolerance, whatever the FMU declares."""
 MOST_EVENTS: Final = 1000
 """The most events in one macro step, and iterations of one event; a model that needs more is taken for endless."""
 _SAME_TIME: Final = 1e-12

@@ -19,23 +19,23 @@ from fmus.unit_interface import Interface
 from fmus.units.capabilities import EventCapability, StateCapability
 
 Column: TypeAlias = NDArray[Any]
-"""Values of one type, (n,)"""
+"""Values of one type, (n,)."""
 TypedColumns: TypeAlias = Mapping[Type, Column]
-"""A column for each type that occurs"""
+"""A column for each type that occurs."""
 Operation: TypeAlias = Callable[[], object]
 """One call that moves values; it returns a false value, or the FMI status that it met."""
 
 FMI_WARNING: Final = 1
-"""The worst status that is no failure"""
+"""The worst status that is no failure."""
 
 
 class UnitError(RuntimeError):
     """A unit that could not do what it was asked.
 
     Args:
-        unit: name of the unit.
-        action: what could not be done.
-        said: what the unit itself said about it, message by message.
+        unit: Name of the unit.
+        action: What could not be done.
+        said: What the unit itself said about it, message by message.
     """
 
     def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
@@ -54,27 +54,27 @@ class Unit(ABC):
     """A running block. Values pass through the columns that it is bound to, one per type, without further copies.
 
     Args:
-        name: the name in the system, for messages.
-        interface: what is known of the unit before it runs.
+        name: The name in the system, for messages.
+        interface: What is known of the unit before it runs.
     """
 
     def __init__(self, name: str, interface: Interface) -> None:
         self.name = name
         self.interface = interface
         self.messages: list[str] = []
-        """What the unit has said so far, oldest first"""
+        """What the unit has said so far, oldest first."""
         self.events: EventCapability | None = None
-        """Event Mode, of a unit that has it"""
+        """Event Mode, of a unit that has it."""
         self.state: StateCapability | None = None
-        """The way back to saved states, of a unit that has it"""
+        """The way back to saved states, of a unit that has it."""
 
     @abstractmethod
     def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
         """Use other memory from now on; setters and getters have to be asked for again.
 
         Args:
-            inputs: the columns that the setters read, variables in the order of the interface.
-            outputs: the columns that the getters write, likewise.
+            inputs: The columns that the setters read, variables in the order of the interface.
+            outputs: The columns that the getters write, likewise.
         """
 
     @abstractmethod
@@ -82,10 +82,10 @@ class Unit(ABC):
         """Make the unit ready for start values.
 
         Args:
-            parameters: values by name; the others keep the start values that the unit brings along.
+            parameters: Values by name; the others keep the start values that the unit brings along.
 
         Raises:
-            UnitError: the unit refuses a value, or cannot be initialised.
+            UnitError: The unit refuses a value, or cannot be initialised.
         """
 
     @abstractmethod
@@ -108,7 +108,7 @@ class Unit(ABC):
             A false value, or the FMI status that was met.
 
         Raises:
-            UnitError: the unit cannot go on, and a status would not say why.
+            UnitError: The unit cannot go on, and a status would not say why.
         """
 
     @abstractmethod

@@ -22,7 +22,7 @@ from fmus.units.unit import Column, Operation, TypedColumns, by_type
 
 AccessVerb: TypeAlias = Literal["Set", "Get"]
 ADDRESS: Final = ctypes.c_size_t
-"""The type of pointers whose address is known"""
+"""The type of pointers whose address is known."""
 
 
 def library_function(fmu: Any, api: FmiApi, name: str, arguments: Sequence[Any]) -> Any:
@@ -37,16 +37,16 @@ class ValueCalls:
 
     Args:
         fmu: FMPy's object, whose library is loaded.
-        api: the version of FMI.
-        component: address of the instance.
-        references: value references of each variable, one per element or one in all.
+        api: The version of FMI.
+        component: Address of the instance.
+        references: Value references of each variable, one per element or one in all.
     """
 
     def __init__(self, fmu: Any, api: FmiApi, component: int, references: Mapping[str, list[int]]) -> None:
         self._fmu, self._api, self._component = fmu, api, component
         self._references = references
         self._alive: list[Any] = []
-        """Arrays whose addresses the prepared calls contain"""
+        """Arrays whose addresses the prepared calls contain."""
 
     def movers(self, direction: AccessVerb, variables: Sequence[Variable], columns: TypedColumns) -> list[Operation]:
         """One call for each type that occurs among the variables."""

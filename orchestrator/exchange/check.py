@@ -29,9 +29,9 @@ class Checked:
     """The result of a check."""
 
     lines: tuple[str, ...]
-    """The description of the file"""
+    """The description of the file."""
     good: bool
-    """Whether the file keeps all rules, and fits the socket that was asked for"""
+    """Whether the file keeps all rules, and fits the socket that was asked for."""
     problems: tuple[Problem, ...] = ()
 
 

@@ -22,9 +22,9 @@ class Targets:
     """The files that are to be written."""
 
     ssp: Path | None = None
-    """The system as an SSP file"""
+    """The system as an SSP file."""
     container: Path | None = None
-    """The system as one FMU"""
+    """The system as one FMU."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Written:
     """What was written."""
 
     lines: tuple[str, ...]
-    """A description of each file"""
+    """A description of each file."""
     remarks: tuple[str, ...]
-    """The remarks on the system"""
+    """The remarks on the system."""
 
 
 def write(request: str, options: Options, targets: Targets, progress: Progress) -> Written:

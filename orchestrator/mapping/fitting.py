@@ -53,7 +53,7 @@ class _Fit:
     integrated: list[str] = field(default_factory=list[str])
     constants: dict[str, Any] = field(default_factory=dict[str, Any])
     entries: dict[str, tuple[Entry, ...]] = field(default_factory=dict[str, tuple[Entry, ...]])
-    """By signal: those of the mapping file, and those that the names decided"""
+    """By signal: those of the mapping file, and those that the names decided."""
 
     @property
     def file(self) -> str:

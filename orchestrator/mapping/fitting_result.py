@@ -12,7 +12,7 @@ from fmus.units.adaptation import Adaptation
 from orchestrator.mapping.mapping_file import MappingFile
 
 Direction: TypeAlias = Literal["inputs", "outputs"]
-"""Whether a unit reads a signal or shows it; named as the lists of `Interface` and `Socket.signals` are"""
+"""Whether a unit reads a signal or shows it; named as the lists of `Interface` and `Socket.signals` are."""
 
 
 @dataclass(frozen=True)
@@ -22,15 +22,15 @@ class FittedSignal:
     signal: Variable
     direction: Direction
     needed: bool
-    """Whether the FMU cannot fill the socket without it"""
+    """Whether the FMU cannot fill the socket without it."""
     theirs: str = ""
-    """Variables and constants as text; empty where there is nothing"""
+    """Variables and constants as text; empty where there is nothing."""
     note: str = ""
-    """What was decided without being told, as text"""
+    """What was decided without being told, as text."""
     doubtful: tuple[str, ...] = ()
-    """Variables whose names are equally good, so that none of them is taken"""
+    """Variables whose names are equally good, so that none of them is taken."""
     misfit: bool = False
-    """Whether there is a variable of this name that cannot stand for the signal; a problem says why"""
+    """Whether there is a variable of this name that cannot stand for the signal; a problem says why."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Remark:
 
     text: str
     signal: str = ""
-    """The signal whose variable was decided on, as its `FittedSignal` says too; empty for all else"""
+    """The signal whose variable was decided on, as its `FittedSignal` says too; empty for all else."""
 
 
 @dataclass(frozen=True)
@@ -47,16 +47,16 @@ class Fitting:
     """An FMU in a socket: all that was decided, and what is wrong."""
 
     mapping: MappingFile
-    """Complete: with an entry for every signal that something stands for"""
+    """Complete: with an entry for every signal that something stands for."""
     adaptation: Adaptation
     interface: Interface
     rows: tuple[FittedSignal, ...]
     problems: tuple[Problem, ...]
     noticed: tuple[Remark, ...]
     needed: bool
-    """Whether there is anything to translate at all"""
+    """Whether there is anything to translate at all."""
     plain: bool
-    """Whether values pass as they are, under the same names"""
+    """Whether values pass as they are, under the same names."""
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -25,16 +25,16 @@ from components.interfaces.socket import Position
 POINTS: Final = ("centre_of_gravity", "rear_axle", "front_axle", "ahead")
 ENDS: Final = ("centre", "rear_bumper", "front_bumper")
 REFERENCES: Final[Mapping[Position, tuple[str, ...]]] = {Position.VEHICLE: POINTS, Position.BOX: ENDS}
-"""What the positions on a bus may refer to; the first of each is ours"""
+"""What the positions on a bus may refer to; the first of each is ours."""
 SPEED_AND_SLIP: Final = "speed_and_slip"
 VELOCITIES: Final = ("body", "road", SPEED_AND_SLIP)
-"""How the velocity of a vehicle may be given; the first is ours"""
+"""How the velocity of a vehicle may be given; the first is ours."""
 POLAR_NAMES: Final[Mapping[str, str]] = {"v_x": "v", "v_y": "beta"}
-"""What a file with speed and slip angle calls what it gives in place of the components of the velocity"""
+"""What a file with speed and slip angle calls what it gives in place of the components of the velocity."""
 AXES: Final = ("iso8855", "y_right")
-"""Systems of axes; the first is ours"""
+"""Systems of axes; the first is ours."""
 TO_FILL: Final = "?"
-"""What stands in a template in place of a variable"""
+"""What stands in a template in place of a variable."""
 
 
 @dataclass(frozen=True)
@@ -51,15 +51,15 @@ class Entry:
 
     variables: tuple[str, ...] = ()
     unit: str | None = None
-    """Unit of measurement in place of the one that the FMU declares"""
+    """Unit of measurement in place of the one that the FMU declares."""
     role: str | None = None
-    """What the variable is in place of the signal: a name in `roles.ROLES`"""
+    """What the variable is in place of the signal: a name in `roles.ROLES`."""
     angle: str | None = None
-    """For a rate: the output that shows the signal itself"""
+    """For a rate: the output that shows the signal itself."""
     constant: Amount | None = None
     unused: bool = False
     numbers: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
-    """Factor, offset, limits, and the numbers of the role"""
+    """Factor, offset, limits, and the numbers of the role."""
 
     @property
     def missing(self) -> bool:
@@ -72,20 +72,20 @@ class MappingFile:
     """A mapping as it stands in its file."""
 
     where: str
-    """The file's name, for messages"""
+    """The file's name, for messages."""
     fmu: Path | None = None
     socket: str | None = None
     axes: str = "iso8855"
     feedthrough: bool = True
-    """Whether the outputs may depend on the inputs at the same instant, where the FMU declares so"""
+    """Whether the outputs may depend on the inputs at the same instant, where the FMU declares so."""
     signals: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict[str, tuple[Entry, ...]])
-    """By signal; an input of ours may go to several of theirs"""
+    """By signal; an input of ours may go to several of theirs."""
     references: Mapping[str, tuple[str, Amount | None]] = field(default_factory=dict[str, tuple[str, Amount | None]])
-    """By bus: the point that positions refer to, and its distance from the centre of gravity where that is needed"""
+    """By bus: the point that positions refer to, and its distance from the centre of gravity where that is needed."""
     velocities: Mapping[str, str] = field(default_factory=dict[str, str])
-    """By bus: how the velocity is given"""
+    """By bus: how the velocity is given."""
     constants: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
-    """Values of inputs of the FMU that no signal drives"""
+    """Values of inputs of the FMU that no signal drives."""
     parameters: Mapping[str, Amount] = field(default_factory=dict[str, Amount])
 
 

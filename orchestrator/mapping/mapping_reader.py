@@ -26,11 +26,11 @@ from orchestrator.system.files import read_toml
 _Table: TypeAlias = Mapping[str, Any]
 _NUMBERS: Final = ("factor", "offset", "min", "max", *ROLE_NUMBERS)
 _PLAIN_NUMBERS: Final = ("factor", *(name for name, number in ROLE_NUMBERS.items() if number.unit == "1"))
-"""Numbers that may stand without a unit of measurement"""
+"""Numbers that may stand without a unit of measurement."""
 _ENTRY: Final = ("variable", "unit", "as", "angle", "constant", "unused", *_NUMBERS)
 _REFERENCE: Final = ("point", "distance")
 _ABOUT_BUS: Final = ("reference", "velocity")
-"""What the table of a bus holds beside its signals"""
+"""What the table of a bus holds beside its signals."""
 _EXAMPLE: Final = 'Write { variable = "...", unit = "..." }.'
 
 

@@ -32,7 +32,7 @@ class Match:
     """The variables whose elements stand for the first elements of a signal."""
 
     variables: tuple[Variable, ...]
-    """One array, or one variable per element"""
+    """One array, or one variable per element."""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ class EntryRelation:
     """An entry that names variables, on its way to a link; gathers what is wrong with it in `problems`."""
 
     key: str
-    """What messages call the entry"""
+    """What messages call the entry."""
     signal: Variable
     entry: Entry
     socket: Socket

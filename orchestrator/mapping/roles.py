@@ -16,7 +16,7 @@ class RoleNumber:
     """A number that some roles take."""
 
     unit: str
-    """The unit of measurement that the number is converted to"""
+    """The unit of measurement that the number is converted to."""
     required: bool = True
 
 
@@ -25,17 +25,17 @@ class MappingRole:
     """What a variable may be in place of a signal."""
 
     signal: str
-    """The signal that it stands for, without its bus"""
+    """The signal that it stands for, without its bus."""
     unit: str
-    """The unit of measurement that the variable is converted to"""
+    """The unit of measurement that the variable is converted to."""
     scale: Callable[[Mapping[str, float]], float]
-    """The variable per unit of the signal, from the numbers of the role"""
+    """The variable per unit of the signal, from the numbers of the role."""
     hint: str
-    """How a mapping template offers the role"""
+    """How a mapping template offers the role."""
     numbers: tuple[str, ...] = ()
-    """The numbers that the role takes, as `ROLE_NUMBERS` describes them"""
+    """The numbers that the role takes, as `ROLE_NUMBERS` describes them."""
     is_rate: bool = False
-    """Whether the variable is the derivative of the signal; the entry `angle` may then name the signal itself"""
+    """Whether the variable is the derivative of the signal; the entry `angle` may then name the signal itself."""
 
 
 ROLE_NUMBERS: Final[Mapping[str, RoleNumber]] = {
@@ -44,7 +44,7 @@ ROLE_NUMBERS: Final[Mapping[str, RoleNumber]] = {
     "m": RoleNumber("kg"),
     "limit": RoleNumber("rad/s", required=False),
 }
-"""The numbers that roles take, by the name that a mapping file gives them"""
+"""The numbers that roles take, by the name that a mapping file gives them."""
 
 ROLES: Final[Mapping[str, MappingRole]] = {
     "steering_wheel_angle": MappingRole(
@@ -68,7 +68,7 @@ ROLES: Final[Mapping[str, MappingRole]] = {
     "force": MappingRole("T_r", "N", lambda n: 2 / n["R_w"], '"force"', ("R_w",)),
     "acceleration": MappingRole("T_r", "m/s2", lambda n: 2 / (n["R_w"] * n["m"]), '"acceleration"', ("R_w", "m")),
 }
-"""All roles, by the name that a mapping file gives them"""
+"""All roles, by the name that a mapping file gives them."""
 
 
 def roles_of(signal: str) -> dict[str, MappingRole]:

@@ -43,7 +43,7 @@ _HINTS_OF_SIGNALS: Final = {
     "width": 'not shown: { constant = { value = 1.8, unit = "m" } }',
 }
 _MOST: Final = 5
-"""Candidates that are named"""
+"""Candidates that are named."""
 
 
 def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapping: str) -> str:

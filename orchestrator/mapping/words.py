@@ -10,7 +10,7 @@ from fmus.units.adaptation import Link
 from orchestrator.mapping.fitting_result import FittedSignal, Remark
 
 _MOST = 3
-"""Names that are listed one by one"""
+"""Names that are listed one by one."""
 
 
 def decision(signal: Variable, theirs: Sequence[Variable], link: Link) -> str:

@@ -17,16 +17,16 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
 HEIGHT: Final = 1.4
-"""[m] Height of all vehicles, which no signal carries"""
+"""[m] Height of all vehicles, which no signal carries."""
 
 ROAD_BEFORE: Final = 40.0
-"""[m] Length of the road that is drawn before the first and behind the last place of interest"""
+"""[m] Length of the road that is drawn before the first and behind the last place of interest."""
 
 ROAD_AT_MOST: Final = (-1e4, 1e4)
-"""[m] Ends of the longest road that is drawn, also for a vehicle that has diverged"""
+"""[m] Ends of the longest road that is drawn, also for a vehicle that has diverged."""
 
 ERROR_SCALE: Final = 0.5
-"""[m] Path error that is drawn in full red"""
+"""[m] Path error that is drawn in full red."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Boxes:
     """The obstacles of n rows, one after the other; those of invalid slots are left out."""
 
     count: NDArray[np.int64]
-    """Number of boxes in each row, `(n,)`"""
+    """Number of boxes in each row, `(n,)`."""
     row: NDArray[np.int64]
-    """The row of each box, `(boxes,)`, as are the following"""
+    """The row of each box, `(boxes,)`, as are the following."""
     x: Array
     y: Array
     psi: Array

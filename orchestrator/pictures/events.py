@@ -33,13 +33,13 @@ _PHASE_EVENTS: Final = {
 }
 _STATUS_SIGNALS: Final = (Solver, "status")
 _MOVED: Final = 1.0
-"""[m] A lane change that moves by more than this is a new plan"""
+"""[m] A lane change that moves by more than this is a new plan."""
 _PAUSE: Final = 1.0
-"""[s] Least time between two lines about a plan that keeps moving"""
+"""[s] Least time between two lines about a plan that keeps moving."""
 _AT_LIMIT: Final = 1 - 1e-9
-"""Share of a limit that counts as reached"""
+"""Share of a limit that counts as reached."""
 _NEAR: Final = 20.0
-"""[m] Distance between centres up to which the gap between two boxes is measured"""
+"""[m] Distance between centres up to which the gap between two boxes is measured."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +47,10 @@ class Event:
     """One line of the log."""
 
     row: int
-    """Its row in the batch"""
+    """Its row in the batch."""
     text: str
     level: str = "INFO"
-    """`INFO`, `WARN` or `ERROR`"""
+    """`INFO`, `WARN` or `ERROR`."""
 
 
 def phases(columns: SignalColumns, buses: BusPaths) -> NDArray[np.int64] | None:
@@ -103,9 +103,9 @@ class EventLog:
         self._buses, self._scene, self._limits = buses, scene, limits
         self._memory = Memory()
         self._plan: Array | None = None
-        """What the last line about a plan said, or the plan at the start"""
+        """What the last line about a plan said, or the plan at the start."""
         self._plan_time = -np.inf
-        """[s] of the last line about a plan"""
+        """[s] of the last line about a plan."""
 
     def of(self, columns: SignalColumns, boxes: Boxes | None) -> list[Event]:
         """The events of a batch.

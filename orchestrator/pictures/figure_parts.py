@@ -21,16 +21,16 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths
 
 WIDTH: Final = 7.2
-"""[inch] Width of all figures, that of a text column"""
+"""[inch] Width of all figures, that of a text column."""
 DPI: Final = 150
 STRETCH: Final = 65.0
-"""[m] Length of the road in one panel, unless that takes more than `MOST_STRETCHES` panels"""
+"""[m] Length of the road in one panel, unless that takes more than `MOST_STRETCHES` panels."""
 MOST_STRETCHES: Final = 4
 STILL: Final = 0.1
-"""[m] An obstacle that moves by less than this stands still"""
+"""[m] An obstacle that moves by less than this stands still."""
 EGO_COLOUR, OBSTACLE_COLOUR = "#1f6fd1", "#d1602a"
 _SNAPSHOTS: Final = 1.0
-"""[s] Time between two places of the vehicle that are drawn"""
+"""[s] Time between two places of the vehicle that are drawn."""
 
 
 def sheet(height: float, rows: int, *, gap: float = 0.0, sharex: bool = False) -> tuple[Figure, NDArray[Any]]:
@@ -96,7 +96,7 @@ def vehicle(axes: Axes, columns: SignalColumns, pose: tuple[Array, ...], scene: 
     Args:
         axes: The panel.
         columns: The rows of the run.
-        pose: x, y and yaw angle in each row, each `(n,)`.
+        pose: Position x, y and yaw angle in each row, each `(n,)`.
         scene: The size of the vehicle.
     """
     moments = np.arange(columns.time[0], columns.time[-1] + 1e-9, _SNAPSHOTS)

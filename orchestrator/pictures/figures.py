@@ -42,7 +42,7 @@ if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
 _BESIDE_ROAD: Final = 10.0
-"""[m] Strip beside the road that is drawn at most"""
+"""[m] Strip beside the road that is drawn at most."""
 _PATH_COLOUR, _LIMIT_COLOUR = "#8a5cc9", "0.5"
 _SERIES: Final = (EGO_COLOUR, OBSTACLE_COLOUR, "#2c9c69", _PATH_COLOUR)
 _SERIES_FILES: Final = (
@@ -52,7 +52,7 @@ _SERIES_FILES: Final = (
     ("friction", Tyre, ("mu_f", "mu_r")),
     ("speed", VehicleState, ("v_x",)),
 )
-"""The name of a file, and the bus and its signals that it shows"""
+"""The name of a file, and the bus and its signals that it shows."""
 
 
 def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, folder: Path) -> list[Path]:

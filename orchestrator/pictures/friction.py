@@ -33,14 +33,14 @@ from orchestrator.system.shown import BusPaths, unit_that_shows
 from orchestrator.system.system import System
 
 APART: Final = 1.5
-"""Half of the distance between the centres of the two circles, in shares of the limit"""
+"""Half of the distance between the centres of the two circles, in shares of the limit."""
 
 _CENTRES: Final = np.array([[-APART, 0.0], [APART, 0.0]])
 
 _TYRE_SIGNALS: Final = (Tyre, "mu_f", "mu_r", "F_cf", "F_cr")
 
 _TINY: Final = 1e-6
-"""Share of the limit below which a difference is a rounding error"""
+"""Share of the limit below which a difference is a rounding error."""
 
 
 def force_limits(parameters: Mapping[str, Any]) -> tuple[float, float] | None:

@@ -35,9 +35,9 @@ SERIES: Final[tuple[Colour, ...]] = (
     (45, 170, 185),
 )
 SERIES_NAMES: Final = ("blue", "orange", "green", "red", "violet", "cyan")
-"""The name of each colour, for titles"""
+"""The name of each colour, for titles."""
 RUNS: Final[tuple[Colour, ...]] = (EGO, (240, 140, 40), (60, 180, 110), (225, 80, 130), (165, 120, 230), (50, 185, 195))
-"""One per run of a comparison, from the start again where there are more runs"""
+"""One per run of a comparison, from the start again where there are more runs."""
 
 RUN_NAMES: Final = ("blue", "orange", "green", "pink", "violet", "cyan")
 

@@ -20,7 +20,7 @@ QUESTIONS: Final = (
 )
 
 _SHARES: Final = ("mu_f", "mu_r")
-"""The signals of `tyre` that are limited to 1"""
+"""The signals of `tyre` that are limited to 1."""
 
 _ANSWERS: Final = (
     (DID, "Steering delta_f", Actuation, ("delta_f",)),
@@ -30,7 +30,7 @@ _ANSWERS: Final = (
     (HARD, "Friction share", Tyre, _SHARES),
     (FAST, "Speed v_x", VehicleState, ("v_x",)),
 )
-"""A question, the name of a quantity that answers it, and the bus and its signals that show it"""
+"""A question, the name of a quantity that answers it, and the bus and its signals that show it."""
 
 _ACTUATION_LIMITS: Final = (
     ("delta_f", "delta_max", 1),
@@ -38,7 +38,7 @@ _ACTUATION_LIMITS: Final = (
     ("T_r", "T_dmax", 1),
     ("T_r", "T_bmax", -1),
 )
-"""A signal of `actuation`, the controller's parameter that limits it, and the side of the limit"""
+"""A signal of `actuation`, the controller's parameter that limits it, and the side of the limit."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ class Limit:
 
     signal: Signal
     name: str
-    """What the limit is called, with a minus sign where its value is the negative of a parameter"""
+    """What the limit is called, with a minus sign where its value is the negative of a parameter."""
     unit: str
-    """Unit of measurement"""
+    """Unit of measurement."""
     value: float
     binds: bool = True
-    """Whether reaching it is an event; a desired value is only drawn"""
+    """Whether reaching it is an event; a desired value is only drawn."""
 
     @property
     def label(self) -> str:
@@ -65,9 +65,9 @@ class Plot:
     """Series that belong together, and the limits that hold for them."""
 
     quantity: str
-    """What is drawn"""
+    """What is drawn."""
     unit: str | None
-    """The unit of measurement of all series; None where none is shown"""
+    """The unit of measurement of all series; None where none is shown."""
     signals: tuple[Signal, ...]
     limits: tuple[Limit, ...] = ()
 

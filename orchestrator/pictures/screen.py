@@ -19,13 +19,13 @@ from orchestrator.pictures.plots import Limit, Plot, titled
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 
 _FIFTH_TITLE, _QUARTER_TITLE = 44, 58
-"""Characters of the longest title that a view in this share of the window shows completely"""
+"""Characters of the longest title that a view in this share of the window shows completely."""
 _OVER_ROAD: Final = (60, 40)
-"""[m] x and z of the eye where there is no vehicle to follow, so that one view shows most of the road"""
+"""[m] x and z of the eye where there is no vehicle to follow, so that one view shows most of the road."""
 _LONGEST_LEGEND: Final = 6
-"""Series; a longer legend would hide what it explains, and the viewer names a series that is pointed at"""
+"""Series; a longer legend would hide what it explains, and the viewer names a series that is pointed at."""
 _PARTS_OF_SCENERY: Final = 3
-"""Views in a complete scenery: bird's eye view, following view and friction circles"""
+"""Views in a complete scenery: bird's eye view, following view and friction circles."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Series:
 
     title: str
     contents: Sequence[str]
-    """Their entities"""
+    """Their entities."""
     legend: bool = False
 
 
@@ -44,16 +44,16 @@ class Scenery:
 
     title: str
     origin: str
-    """The entity of the frame"""
+    """The entity of the frame."""
     eye: tuple[float, float, float]
-    """[m] in the frame"""
+    """[m] in the frame."""
     target: tuple[float, float, float]
-    """[m] the point in the frame that the eye looks at"""
+    """[m] the point in the frame that the eye looks at."""
     up: tuple[float, float, float]
     hidden: Sequence[str]
-    """Entities that this view does not show"""
+    """Entities that this view does not show."""
     trails: Sequence[str]
-    """Entities that show all of their past"""
+    """Entities that show all of their past."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,13 @@ class Plane:
 
     title: str
     origin: str
-    """The entity whose parts are shown"""
+    """The entity whose parts are shown."""
     x: float
     y: float
     trails: Sequence[str]
-    """Entities that show their past"""
+    """Entities that show their past."""
     past: float
-    """[s] length of the past that they show"""
+    """[s] length of the past that they show."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,10 @@ class Panel:
     """What stands at an entity and below it."""
 
     kind: str
-    """`states` over time, the lines of a `log`, or a `page` of text"""
+    """`states` over time, the lines of a `log`, or a `page` of text."""
     title: str
     origin: str
-    """The entity"""
+    """The entity."""
 
 
 @dataclass(frozen=True)
@@ -87,13 +87,13 @@ class ViewGroup:
     """Several views."""
 
     kind: str
-    """Side by side (`row`), below each other (`column`), in a `grid`, or behind `tabs`"""
+    """Side by side (`row`), below each other (`column`), in a `grid`, or behind `tabs`."""
     parts: Sequence[View]
     shares: Sequence[float] | None = None
-    """Share of the room for each part; equal if not given"""
+    """Share of the room for each part; equal if not given."""
     title: str = ""
     columns: int = 1
-    """Of a grid"""
+    """Of a grid."""
 
 
 View: TypeAlias = Series | Scenery | Plane | Panel | ViewGroup

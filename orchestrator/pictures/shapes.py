@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from components.interfaces.maths import Array
 
 Colour: TypeAlias = tuple[int, int, int]
-"""Red, green and blue, 0 to 255"""
+"""Red, green and blue, 0 to 255."""
 RowSelection: TypeAlias = NDArray[np.bool_] | NDArray[np.int64]
-"""The rows of a batch that a shape belongs to: a mask `(n,)`, or row numbers that may repeat"""
+"""The rows of a batch that a shape belongs to: a mask `(n,)`, or row numbers that may repeat."""
 
 _PLAIN = re.compile(r"[^\w.-]")
 
@@ -43,7 +43,7 @@ class Shape:
 
     entity: str
     rows: RowSelection | None = None
-    """The rows of the batch for which it is sent; all if not given"""
+    """The rows of the batch for which it is sent; all if not given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +66,7 @@ class LogLines(Shape):
 
     texts: Sequence[str]
     levels: Sequence[str]
-    """`INFO`, `WARN` or `ERROR` for each line"""
+    """`INFO`, `WARN` or `ERROR` for each line."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,9 +74,9 @@ class Pose(Shape):
     """Place and rotation of everything below the entity."""
 
     places: Array
-    """`(n, 3)`"""
+    """`(n, 3)`."""
     rotations: Array | None = None
-    """Quaternions x, y, z, w, `(n, 4)`"""
+    """Quaternions x, y, z, w, `(n, 4)`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,10 +84,10 @@ class Several(Shape):
     """Shapes of which a row may have several, one after the other."""
 
     counts: Sequence[int] | NDArray[np.int64] | None = None
-    """How many each row has, `(n,)`; one if not given"""
+    """How many each row has, `(n,)`; one if not given."""
     labels: Sequence[str] | None = None
     colours: NDArray[np.uint32] | None = None
-    """One number per shape, red in the highest byte"""
+    """One number per shape, red in the highest byte."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,11 +109,11 @@ class Solids(Several):
     """Boxes."""
 
     centres: Array
-    """`(boxes, 3)`"""
+    """`(boxes, 3)`."""
     halves: Array
-    """Half of length, width and height, `(boxes, 3)`"""
+    """Half of length, width and height, `(boxes, 3)`."""
     rotations: Array
-    """Quaternions x, y, z, w, `(boxes, 4)`"""
+    """Quaternions x, y, z, w, `(boxes, 4)`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +130,7 @@ class SeriesStyle(Style):
     names: Sequence[str]
     colours: Sequence[Colour]
     width: float = 1.5
-    """[pixel]"""
+    """[pixel]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,12 +146,12 @@ class PointStyle(Style):
     """How points look."""
 
     size: float
-    """[pixel], or [m] if `of_world`"""
+    """[pixel], or [m] if `of_world`."""
     colour: Colour | None = None
-    """None where the points have their own colours"""
+    """None where the points have their own colours."""
     of_world: bool = False
     plane: bool = False
-    """Whether they are points of a plane"""
+    """Whether they are points of a plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,11 +159,11 @@ class LineStyle(Style):
     """How lines look."""
 
     size: float
-    """[pixel] width"""
+    """[pixel] width."""
     colour: Colour | None = None
-    """None where the lines have their own colours"""
+    """None where the lines have their own colours."""
     plane: bool = False
-    """Whether they are lines of a plane"""
+    """Whether they are lines of a plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,10 +178,10 @@ class Still(Style):
     """Polylines that stay the same during the whole run."""
 
     strips: NDArray[Any] | Sequence[NDArray[Any]]
-    """Each with points of the world `(points, 3)` or of a plane `(points, 2)`"""
+    """Each with points of the world `(points, 3)` or of a plane `(points, 2)`."""
     colour: Colour
     size: float
-    """Width [pixel], or [m] if `of_world`"""
+    """Width [pixel], or [m] if `of_world`."""
     of_world: bool = False
     labels: Sequence[str] | None = None
 
@@ -191,17 +191,17 @@ class Car(Style):
     """The box of a vehicle at the origin of its frame, with an arrow in the direction of its heading."""
 
     length: float
-    """[m]"""
+    """[m]."""
     width: float
-    """[m]"""
+    """[m]."""
     height: float
-    """[m]; small for a footprint"""
+    """[m]; small for a footprint."""
     colour: Colour
     label: str
     label_at: tuple[float, float, float]
-    """[m] in the vehicle's frame"""
+    """[m] in the vehicle's frame."""
     shared: bool = False
-    """Whether other vehicles may be in the same place, so that it must be transparent"""
+    """Whether other vehicles may be in the same place, so that it must be transparent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,9 +209,9 @@ class Surface(Style):
     """A rectangle of the ground."""
 
     x: tuple[float, float]
-    """[m] from and to"""
+    """[m] from and to."""
     y: tuple[float, float]
-    """[m] from and to"""
+    """[m] from and to."""
     colour: Colour
 
 

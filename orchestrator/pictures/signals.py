@@ -24,16 +24,16 @@ if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
 LARGEST_COORDINATE: Final = 1e9
-"""Geometry is cut off here, because viewers compute with 32 bits"""
+"""Geometry is cut off here, because viewers compute with 32 bits."""
 
 BusSignals: TypeAlias = tuple[type, *tuple[str, ...]]
-"""The record type of a bus, and the names of some of its signals"""
+"""The record type of a bus, and the names of some of its signals."""
 
 POSE_SIGNALS: Final[BusSignals] = (VehicleState, "x", "y", "psi")
 OBSTACLE_SIGNALS: Final[BusSignals] = (ObstacleList, "valid", "id", "x", "y", "psi", "length", "width")
 PATH_SIGNALS: Final[BusSignals] = (Waypoints, "x", "y")
 PLAN_SIGNALS: Final[BusSignals] = (Plan, "x", "y", "x_d", "y_upper", "y_lower")
-"""What the vehicle, the obstacles, the path and the plan are drawn from"""
+"""What the vehicle, the obstacles, the path and the plan are drawn from."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class Recorded:
         complete = [[s for s in outputs if group.issuperset(s.columns)] for group in columns]
         paths = {s.path for group in complete for s in group}
         self.signals = [s for s in outputs if s.path in paths]
-        """The recorded signals"""
+        """The recorded signals."""
         self._numbers = [{s.path for s in group if s.is_number} for group in complete]
 
     def bus(self, buses: BusPaths, record: type, *names: str) -> bool:
@@ -159,17 +159,17 @@ class SignalColumns:
         kept = {name: i for i, name in enumerate(map(str, frame))}
         recorded = [s for s in known if all(c in kept for c in s.columns)]
         self.signals = [s for s in recorded if s.is_number]
-        """Recorded signals whose values are numbers"""
+        """Recorded signals whose values are numbers."""
         self.texts: dict[str, list[list[str]]] = {
             s.path: [list(frame[c]) for c in s.columns] for s in recorded if s.is_text
         }
-        """The values of each element of the recorded texts, by the path of the signal"""
+        """The values of each element of the recorded texts, by the path of the signal."""
         names = ["time", *(c for s in self.signals for c in s.columns)]
         at = {name: i for i, name in enumerate(names)}
         self._rows = _numbers(frame, names, list(kept))
         self._places = {s.path: [at[c] for c in s.columns] for s in self.signals}
         self.time: Array = self._rows[:, 0]
-        """[s], `(n,)`"""
+        """[s], `(n,)`."""
 
     def has(self, path: str) -> bool:
         """Whether a signal was recorded as numbers."""

@@ -41,12 +41,12 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths
 
 FLAT: Final = 0.02
-"""[m] Height of the footprints, which are drawn from above, where bodies would hide the ends of a vehicle"""
+"""[m] Height of the footprints, which are drawn from above, where bodies would hide the ends of a vehicle."""
 
 _NAME_DISTANCE: Final = 0.7
-"""[m] Distance of the name of a vehicle from its side"""
+"""[m] Distance of the name of a vehicle from its side."""
 _NAME_SPACING: Final = 1.1
-"""[m] Distance between the names of several runs"""
+"""[m] Distance between the names of several runs."""
 
 _PARTS: Final[Mapping[str, BusSignals]] = {
     "ego": POSE_SIGNALS,
@@ -54,7 +54,7 @@ _PARTS: Final[Mapping[str, BusSignals]] = {
     "path": PATH_SIGNALS,
     "plan": PLAN_SIGNALS,
 }
-"""The parts of the world, and the signals that they are drawn from"""
+"""The parts of the world, and the signals that they are drawn from."""
 
 
 def recorded_parts(recorded: Recorded, buses: BusPaths) -> set[str]:

@@ -15,7 +15,7 @@ from orchestrator.pictures import palette
 from orchestrator.pictures import shapes as s
 
 _PLANE: Final = 2
-"""Coordinates of a point of a plane"""
+"""Coordinates of a point of a plane."""
 
 
 def send_shapes(

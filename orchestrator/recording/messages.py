@@ -24,15 +24,15 @@ class RecordingRequest:
     """What to record, and where."""
 
     folder: Path
-    """The run folder, which holds `system.ssp`"""
+    """The run folder, which holds `system.ssp`."""
     sink: Path | str
-    """A file, or the URL of a viewer"""
+    """A file, or the URL of a viewer."""
     elements: list[list[RecordedElement]]
-    """The signal elements in each group of rows"""
+    """The signal elements in each group of rows."""
     about: dict[str, str]
-    """The run's provenance as it is known at the start"""
+    """The run's provenance as it is known at the start."""
     recording_id: str = field(default_factory=lambda: uuid.uuid4().hex)
-    """The streams of one run to a file and to a viewer have the same"""
+    """The streams of one run to a file and to a viewer have the same."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class NewRows:
 
     batches: list[RowBatch]
     about: dict[str, str] | None = None
-    """In the last message, the run's provenance as it is known at the end"""
+    """In the last message, the run's provenance as it is known at the end."""
 
 
 class Recorder(Protocol):

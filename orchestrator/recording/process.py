@@ -21,22 +21,22 @@ if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.stepping.rows import RowLog
 
 TO_FILE: Final = 0.5
-"""[s] wall time between two batches for a file: what a run may lose that is killed together with this process"""
+"""[s] wall time between two batches for a file: what a run may lose that is killed together with this process."""
 TO_VIEWER: Final = 0.1
-"""[s] the same for a viewer, so that motion looks like motion"""
+"""[s] the same for a viewer, so that motion looks like motion."""
 _OPEN_WITHIN: Final = 60.0
-"""[s] after which the run begins although nothing is open yet"""
+"""[s] after which the run begins although nothing is open yet."""
 _WRITES_WITHIN, _WRITES_A_TICK_WITHIN = 60.0, 0.002
-"""[s] after the last row, and for each tick, until the process is taken to hang"""
+"""[s] after the last row, and for each tick, until the process is taken to hang."""
 _CUT_SHORT_WITHIN: Final = 10.0
-"""[s] the same where the run was cut short"""
+"""[s] the same where the run was cut short."""
 
 
 class RecordingProcess:
     """A process that records; to be used in a `with` statement. No fault of that process reaches the run.
 
     Args:
-        interval: wall time between two batches of rows [s].
+        interval: Wall time between two batches of rows [s].
     """
 
     def __init__(self, interval: float = TO_FILE) -> None:
@@ -77,7 +77,7 @@ class RecordingProcess:
         """Announce that there will be no more rows; returns at once.
 
         Args:
-            about: what is known of the run at its end.
+            about: What is known of the run at its end.
         """
         if self._end is None:
             self._end = dict(about)
@@ -87,7 +87,7 @@ class RecordingProcess:
         """Wait until everything is written; a process that takes longer is ended.
 
         Args:
-            timeout: the time that it may take [s]; by default a minute, and more for many rows.
+            timeout: The time that it may take [s]; by default a minute, and more for many rows.
 
         Returns:
             What went wrong, in a line, or nothing.

@@ -24,11 +24,11 @@ if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.stepping.master import Simulation
 
 LARGE: Final = 600
-"""Rows of a batch; in a larger one a row hardly takes less space"""
+"""Rows of a batch; in a larger one a row hardly takes less space."""
 _SHORT: Final = 150
-"""Rows of a batch below which it is joined with its predecessor, because every batch has a header for each entity"""
+"""Rows of a batch below which it is joined with its predecessor, because every batch has a header for each entity."""
 _SLOW: Final = 200
-"""Rows; a run whose first batch has fewer of them gets a compact file as well"""
+"""Rows; a run whose first batch has fewer of them gets a compact file as well."""
 
 
 class Recording:

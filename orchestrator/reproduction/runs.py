@@ -29,7 +29,7 @@ MODE: Final = Version.FMI3
 """How native blocks run; blocks that are not native run inside the process of the run."""
 
 _REPLACED: Final = (PLANT.name, CONTROLLER.name)
-"""The sockets of a scenario that each run fills with blocks of its own"""
+"""The sockets of a scenario that each run fills with blocks of its own."""
 
 _MOST_PROCESSES: Final = 8
 
@@ -41,7 +41,7 @@ class Outcome:
     run: RunPlan
     folder: Path
     buses: BusPaths
-    """The buses of the system that was run"""
+    """The buses of the system that was run."""
     remarks: tuple[str, ...]
 
     @property

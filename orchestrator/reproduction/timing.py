@@ -28,7 +28,7 @@ from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
 TIMED_PASSES: Final = 3
-"""How often all states are sampled, after the pass that does not count"""
+"""How often all states are sampled, after the pass that does not count."""
 
 
 def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Progress) -> list[Timing]:

@@ -31,10 +31,10 @@ if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
 Frame: TypeAlias = "pd.DataFrame | Mapping[str, NDArray[Any]]"
-"""The rows of a run: the column `time` [s], and one column for each signal element"""
+"""The rows of a run: the column `time` [s], and one column for each signal element."""
 
 _BOX: Final = ("x", "y", "psi", "length", "width")
-"""The signals of `obstacles` that give a box"""
+"""The signals of `obstacles` that give a box."""
 
 
 def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:

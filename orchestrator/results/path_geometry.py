@@ -27,19 +27,19 @@ _PIECES: Final = (
     ((10, 11), -1),
     ((11, 14), 0),
 )
-"""The first and last waypoint; 0 for a line, 1 for an arc that starts along the road, -1 for one that ends along it"""
+"""The first and last waypoint; 0 for a line, 1 for an arc that starts along the road, -1 for one that ends along it."""
 
 _NEAR: Final = 0.05
-"""[m] Distance from the first arc within which P2 counts as lying on it"""
+"""[m] Distance from the first arc within which P2 counts as lying on it."""
 
 _SAME: Final = 1e-6
-"""[m] Waypoints that are nearer to each other than this coincide, and have no direction between them"""
+"""[m] Waypoints that are nearer to each other than this coincide, and have no direction between them."""
 
 _STEEPEST: Final = np.pi / 3
-"""[rad] Largest angle between the chord of an arc and the road"""
+"""[rad] Largest angle between the chord of an arc and the road."""
 
 _FINE: Final = np.arange(1, 9) / 8
-"""Shares of the length of an arc at which its polyline has points"""
+"""Shares of the length of an arc at which its polyline has points."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +47,15 @@ class Pieces:
     """The lines and arcs of n paths, each field of shape `(n, pieces)`."""
 
     x: Array
-    """[m] start of the piece, along the road"""
+    """[m] start of the piece, along the road."""
     y: Array
-    """[m] start of the piece, across the road"""
+    """[m] start of the piece, across the road."""
     psi: Array
-    """[rad] direction at the start"""
+    """[rad] direction at the start."""
     kappa: Array
-    """[1/m] curvature, positive to the left; 0 for a line"""
+    """[1/m] curvature, positive to the left; 0 for a line."""
     length: Array
-    """[m] arc length"""
+    """[m] arc length."""
 
     def points(self, s: Array) -> tuple[Array, Array, Array]:
         """Position and direction at the arc lengths `s` `(n, pieces)` from the start of each piece."""

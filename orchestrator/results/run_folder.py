@@ -25,12 +25,12 @@ SIGNALS: Final = "signals.parquet"
 SYSTEM: Final = "system.ssp"
 SUMMARY: Final = "summary.json"
 FIGURES: Final = "figures"
-"""A folder of PNG files"""
+"""A folder of PNG files."""
 
 VALID_RUN: Final = "a run folder, or an .rrd file"
-"""What a request for a run may name, as messages put it"""
+"""What a request for a run may name, as messages put it."""
 _KEYS: Final = {"scenario", "title", "status", "units", "versions"}
-"""What every summary tells; a file without them is something else"""
+"""What every summary tells; a file without them is something else."""
 _REMEDY: Final = "Make a run: macrostep run static"
 
 
@@ -110,11 +110,11 @@ class KeptRun:
     """A run folder, or a recording on its own."""
 
     where: str
-    """The path as it was requested"""
+    """The path as it was requested."""
     folder: Path | None
-    """None for a recording on its own"""
+    """None for a recording on its own."""
     recording: Path | None
-    """None where there is no recording"""
+    """None where there is no recording."""
 
     @property
     def name(self) -> str:

@@ -25,7 +25,7 @@ from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu, UnitSource
 
 FOREIGN: Final = (".fmu", ".toml")
-"""How the name of an FMU, or of its mapping file, ends"""
+"""How the name of an FMU, or of its mapping file, ends."""
 
 
 @dataclass(frozen=True)

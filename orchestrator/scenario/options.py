@@ -18,20 +18,20 @@ class Options:
 
     mode: Mode = Version.FMI3
     replacements: Mapping[str, str] = field(default_factory=dict[str, str])
-    """By socket another unit: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)"""
+    """By socket another unit: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)."""
     settings: Sequence[str] = ()
-    """Parameter values, such as `controller.b_3=1e-2`"""
+    """Parameter values, such as `controller.b_3=1e-2`."""
     step: float | None = None
-    """Macro step [s]; that of the scenario if not given"""
+    """Macro step [s]; that of the scenario if not given."""
     stop_time: float | None = None
-    """End of the run [s]; that of the scenario if not given"""
+    """End of the run [s]; that of the scenario if not given."""
     record: Sequence[str] = ()
-    """Patterns of the signals that are recorded, such as `controller.plan.*:10` for every tenth tick"""
+    """Patterns of the signals that are recorded, such as `controller.plan.*:10` for every tenth tick."""
     algorithm: str | None = None
-    """Master algorithm: `sequential`, `jacobi` or `clocked`; that of the scenario if not given"""
+    """Master algorithm: `sequential`, `jacobi` or `clocked`; that of the scenario if not given."""
     solve_loops: bool = False
-    """Whether algebraic loops are solved by iteration instead of being refused"""
+    """Whether algebraic loops are solved by iteration instead of being refused."""
     lenient: bool = False
-    """Whether files are used though they break rules of FMI or SSP"""
+    """Whether files are used though they break rules of FMI or SSP."""
     isolate: Sequence[str] = ()
-    """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s"""
+    """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""

@@ -30,10 +30,10 @@ class Resolution:
     """
 
     where: str
-    """The unit's name, with which full paths begin"""
+    """The unit's name, with which full paths begin."""
     values: dict[str, Any] = field(default_factory=dict[str, Any])
     sources: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
-    """Value, unit of measurement and source of each value, by full path"""
+    """Value, unit of measurement and source of each value, by full path."""
     problems: list[Problem] = field(default_factory=list[Problem])
 
     def path(self, name: str) -> str:

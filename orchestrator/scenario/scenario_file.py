@@ -37,11 +37,11 @@ class SocketFilling(BaseModel):
     block: str | None = None
     fmu: str | None = None
     mapping: str | None = None
-    """A mapping file: how the FMU that it names, or `fmu`, stands for the socket"""
+    """A mapping file: how the FMU that it names, or `fmu`, stands for the socket."""
     use: list[str] = []
-    """Parameter files whose values are taken before its own"""
+    """Parameter files whose values are taken before its own."""
     step: Given | None = None
-    """The unit's own step, a multiple or a part of the macro step"""
+    """The unit's own step, a multiple or a part of the macro step."""
     parameters: dict[str, Given] = {}
 
     def given(self, where: str) -> dict[str, Given]:
@@ -72,10 +72,10 @@ class ScenarioFile:
     description: str
     experiment: ExperimentTable
     units: Mapping[str, SocketFilling]
-    """What fills each socket, by the name of the socket"""
+    """What fills each socket, by the name of the socket."""
     scene: SceneOverrides
     record: Mapping[str, int]
-    """Signals by pattern, and at every how many ticks they are recorded, 0 for never; the last that fits counts"""
+    """Signals by pattern, and at every how many ticks they are recorded, 0 for never; the last that fits counts."""
 
 
 def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:

@@ -74,7 +74,7 @@ class ScenarioAnnotation(BaseModel):
 
 
 NO_ANNOTATION: Final = ScenarioAnnotation(step=STEP, sockets={})
-"""What holds for a system of another maker"""
+"""What holds for a system of another maker."""
 
 
 def annotation_of(scenario: Scenario) -> str:

@@ -21,7 +21,7 @@ from orchestrator.ssp.xml import Node
 VALID_XML: Final = "well-formed XML without a DTD"
 _CORRECT_IT: Final = "Have the file corrected by its maker, or read it as it is with --lenient."
 _MOST_BREACHES: Final = 20
-"""The breaches of the rules that are listed for one document"""
+"""The breaches of the rules that are listed for one document."""
 
 
 def alternatives(names: Iterable[str]) -> str:

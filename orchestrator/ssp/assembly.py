@@ -24,10 +24,10 @@ from orchestrator.ssp.transformations import ConversionStep
 from orchestrator.ssp.types import DeclaredType
 
 _SHOWN_ELEMENTS: Final = 4
-"""The elements of an array that a remark shows"""
+"""The elements of an array that a remark shows."""
 
 _GivenValue: TypeAlias = tuple[ElementIndex, ParameterValue, tuple[ConversionStep, ...]]
-"""An element, or None for the whole variable; its value; and the conversions of the value"""
+"""An element, or None for the whole variable; its value; and the conversions of the value."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from orchestrator.ssp.vocabulary import Attribute, ConnectorKind
 from orchestrator.ssp.xml import Node, is_true
 
 ConnectorPath: TypeAlias = tuple[tuple[str, ...], str]
-"""A connector in the whole structure: the path of its element, and its name"""
+"""A connector in the whole structure: the path of its element, and its name."""
 ElementIndex: TypeAlias = tuple[int, ...] | None
-"""One element of an array, counted from 1; None stands for the whole array"""
+"""One element of an array, counted from 1; None stands for the whole array."""
 
 _UNKNOWN: Final = ""
 _ANY: Final = frozenset({ConnectorKind.INOUT, _UNKNOWN})
@@ -72,7 +72,7 @@ class _End:
     index: ElementIndex
     connector: Connector
     inside: bool
-    """Whether the connector belongs to an element in the system, not to the system itself"""
+    """Whether the connector belongs to an element in the system, not to the system itself."""
 
     @property
     def gives(self) -> bool:

@@ -16,7 +16,7 @@ _STEP_HINTS: Final = (
     (Tag.FIXED_STEP_ALGORITHM, Attribute.BASE_STEP_SIZE),
     (Tag.FIXED_STEP_MASTER, Attribute.STEP_SIZE),
 )
-"""The annotations of libcosim and OMSimulator that give a macro step"""
+"""The annotations of libcosim and OMSimulator that give a macro step."""
 
 
 @dataclass(frozen=True)

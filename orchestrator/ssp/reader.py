@@ -41,7 +41,7 @@ from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
 _LISTED_INPUTS: Final = 12
-"""The inputs that a remark lists"""
+"""The inputs that a remark lists."""
 
 OPEN_LOOP: Final = (
     "units that feed each other leave open what their outputs depend on: values are exchanged one step late, as"
@@ -49,9 +49,9 @@ OPEN_LOOP: Final = (
 )
 
 SettingsByUnit: TypeAlias = Mapping[str, Sequence[Setting]]
-"""What a person sets, by unit; `scene` stands for the scene"""
+"""What a person sets, by unit; `scene` stands for the scene."""
 _Sources: TypeAlias = dict[str, Mapping[str, Any]]
-"""Value, unit of measurement and source of parameters, by full path"""
+"""Value, unit of measurement and source of parameters, by full path."""
 
 
 def read(  # noqa: PLR0913 - what a person can change

@@ -41,7 +41,7 @@ _ROOTS: Final = {
 }
 
 _TYPE_DECLARATION: Final = (*TYPES, Tag.CLOCK, Tag.DIMENSION)
-"""The elements that declare a type and the lengths of an array"""
+"""The elements that declare a type and the lengths of an array."""
 _ELEMENT: Final = (Tag.CONNECTORS, Tag.ELEMENT_GEOMETRY, Tag.PARAMETER_BINDINGS)
 _TRANSFORMATIONS: Final = (
     Tag.LINEAR_TRANSFORMATION,
@@ -50,7 +50,7 @@ _TRANSFORMATIONS: Final = (
     Tag.ENUMERATION_MAPPING,
 )
 _COMMON: Final = (Tag.ANNOTATIONS, Tag.META_DATA, Tag.SIGNATURE)
-"""What may stand in any element; it is not checked further"""
+"""What may stand in any element; it is not checked further."""
 _CHILDREN: Final[Mapping[str, tuple[str, ...]]] = {
     Tag.DESCRIPTION: (Tag.SYSTEM, Tag.ENUMERATIONS, Tag.UNITS, Tag.DEFAULT_EXPERIMENT),
     Tag.SYSTEM: (

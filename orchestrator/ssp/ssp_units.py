@@ -35,10 +35,10 @@ _KINDS: Final = {
     "parameters": (ConnectorKind.PARAMETER, ConnectorKind.STRUCTURAL_PARAMETER),
     "clocks": (ConnectorKind.INPUT, ConnectorKind.OUTPUT),
 }
-"""The kinds that a connector may have, by the role of its variable; a message names the first"""
+"""The kinds that a connector may have, by the role of its variable; a message names the first."""
 _NOT_EXCHANGED: Final = (ConnectorKind.LOCAL, ConnectorKind.CALCULATED_PARAMETER, ConnectorKind.CONSTANT)
 _MOST_CHOICES: Final = 30
-"""The most names that a message lists as valid"""
+"""The most names that a message lists as valid."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ from orchestrator.ssp.xml import Node, local_name, path_of, qualified
 
 _STANDARD_TYPES: Final = (FMU_TYPE, PACKAGE_TYPE, DEFINITION_TYPE)
 _DEEPEST: Final = 50
-"""Levels of systems in systems"""
+"""Levels of systems in systems."""
 
 
 @dataclass(frozen=True)

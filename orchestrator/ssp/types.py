@@ -17,7 +17,7 @@ from orchestrator.ssp.vocabulary import SSC, SSP1_TYPES, TYPES, Attribute, Tag
 from orchestrator.ssp.xml import Node, add, has_unit, local_name, qualified
 
 EnumerationItems: TypeAlias = Mapping[str, int]
-"""The values of an enumeration's items, by the name of the item"""
+"""The values of an enumeration's items, by the name of the item."""
 _SSP1_NAMES: Final[Mapping[Type, str]] = {kind: tag for tag, kind in SSP1_TYPES.items()}
 
 

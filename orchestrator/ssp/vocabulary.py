@@ -18,10 +18,10 @@ SSM: Final = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 SSB: Final = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"
 STANDARD_NAMESPACES: Final = frozenset({SSD, SSC, SSV, SSM, SSB})
 OSP: Final = "http://opensimulationplatform.com/SSP/OSPAnnotations"
-"""Annotations of the Open Simulation Platform, whose master is libcosim"""
+"""Annotations of the Open Simulation Platform, whose master is libcosim."""
 OURS: Final = "urn:macrostep"
 PREFIXES: Final = {SSD: "ssd", SSC: "ssc", SSV: "ssv", OSP: "osp"}
-"""Prefixes of the namespaces in the files that are written here"""
+"""Prefixes of the namespaces in the files that are written here."""
 
 ANNOTATION_TYPE: Final = "org.macrostep"
 OSP_ANNOTATION_TYPE: Final = "com.opensimulationplatform"
@@ -32,9 +32,9 @@ PACKAGE_TYPE: Final = "application/x-ssp-package"
 PARAMETER_SET_TYPE: Final = "application/x-ssp-parameter-set"
 PARAMETER_MAPPING_TYPE: Final = "application/x-ssp-parameter-mapping"
 BLOCK_TYPE: Final = "application/x-macrostep-block"
-"""A block of this program, which the component's source names after `BLOCK_SOURCE`"""
+"""A block of this program, which the component's source names after `BLOCK_SOURCE`."""
 MAPPING_TYPE: Final = "application/x-macrostep-mapping"
-"""A mapping file, which names its FMU; the component's connectors are those of a socket"""
+"""A mapping file, which names its FMU; the component's connectors are those of a socket."""
 BLOCK_SOURCE: Final = f"{OURS}:block:"
 
 DESCRIPTION_FILE: Final = "SystemStructure.ssd"
@@ -170,6 +170,6 @@ class ConnectorKind(StrEnum):
 
 
 SSP1_TYPES: Final = {Tag.REAL: Type.FLOAT64, Tag.INTEGER: Type.INT32}
-"""The type elements of SSP 1.0 that SSP 2.0 names otherwise"""
+"""The type elements of SSP 1.0 that SSP 2.0 names otherwise."""
 TYPES: Final = {str(tag): kind for tag, kind in SSP1_TYPES.items()} | {str(kind): kind for kind in Type}
-"""The types that type elements mean; a clock has none"""
+"""The types that type elements mean; a clock has none."""

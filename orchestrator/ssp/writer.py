@@ -57,7 +57,7 @@ _ROLES: Final[Mapping[ConnectorKind, str]] = {
     ConnectorKind.OUTPUT: "outputs",
     ConnectorKind.PARAMETER: "parameters",
 }
-"""The list of the interface that the variables behind connectors stand in"""
+"""The list of the interface that the variables behind connectors stand in."""
 
 
 def write(scenario: Scenario, path: Path) -> None:

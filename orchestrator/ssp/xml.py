@@ -11,10 +11,10 @@ from components.interfaces.quantity import Quantity, Type
 from orchestrator.ssp.vocabulary import PREFIXES, SSC, SSD, Attribute, Tag
 
 Node: TypeAlias = Any
-"""An element of lxml, whose own type is private"""
+"""An element of lxml, whose own type is private."""
 
 TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
-"""The texts of an `xs:boolean`"""
+"""The texts of an `xs:boolean`."""
 
 
 def is_true(text: str | None) -> bool:

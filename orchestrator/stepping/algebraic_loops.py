@@ -20,18 +20,18 @@ from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import System
 
 LOOP_TOLERANCE: Final = 1e-9
-"""Largest difference between what a unit was given and what the others then show, relative to its size, at least 1"""
+"""Largest difference between what a unit was given and what the others then show, relative to its size, at least 1."""
 
 
 class AlgebraicLoop:
     """One group of units that need each other's outputs at the same instant.
 
     Args:
-        system: the whole system.
-        group: names of the units in the loop.
-        schedule: says which of these units show their outputs by stepping.
-        units: all running units by name.
-        table: the signal table that the units are bound to.
+        system: The whole system.
+        group: Names of the units in the loop.
+        schedule: Says which of these units show their outputs by stepping.
+        units: All running units by name.
+        table: The signal table that the units are bound to.
     """
 
     def __init__(
@@ -51,11 +51,11 @@ class AlgebraicLoop:
         """Find outputs at `t` that agree with each other, and leave all units there.
 
         Args:
-            t: the present instant [s].
-            h: the macro step [s].
+            t: The present instant [s].
+            h: The macro step [s].
 
         Raises:
-            UnitError: there is no solution near the last one, or a unit failed.
+            UnitError: There is no solution near the last one, or a unit failed.
         """
         saved = [state.save() for state in self._states]
 

@@ -30,14 +30,14 @@ def initialise(
     Algebraic loops that the schedule solves are solved here, too.
 
     Args:
-        system: the whole system.
-        schedule: its schedule.
-        units: all running units by name, in Initialization Mode.
-        table: the signal table that they are bound to.
-        checked: raises an error for the status of a unit's call.
+        system: The whole system.
+        schedule: Its schedule.
+        units: All running units by name, in Initialization Mode.
+        table: The signal table that they are bound to.
+        checked: Raises an error for the status of a unit's call.
 
     Raises:
-        UnitError: values keep changing.
+        UnitError: Values keep changing.
     """
     loops = [AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops]
     outputs = {kind: table.columns[kind][:n] for kind, n in table.recorded.items() if n}

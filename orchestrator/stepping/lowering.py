@@ -15,17 +15,17 @@ from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.system import Connection, System
 
 Call: TypeAlias = tuple[Callable[..., object], bool, str]
-"""A function, whether it is given the time and the step, and the unit it belongs to"""
+"""A function, whether it is given the time and the step, and the unit it belongs to."""
 
 
 class CompiledSchedule:
     """The calls of every macro step. Units with longer steps act at some ticks only, in a pattern that repeats.
 
     Args:
-        system: the whole system.
-        schedule: its schedule.
-        units: all running units by name, bound to the table.
-        table: the signal table.
+        system: The whole system.
+        schedule: Its schedule.
+        units: All running units by name, bound to the table.
+        table: The signal table.
     """
 
     def __init__(self, system: System, schedule: Schedule, units: Mapping[str, Unit], table: SignalTable) -> None:
@@ -88,9 +88,9 @@ def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[fl
     """The step of a unit that has a step of its own.
 
     Args:
-        unit: the unit.
-        ratio: its step in macro steps.
-        ends: whether it ends at the next tick, and so may have begun before the present one.
+        unit: The unit.
+        ratio: Its step in macro steps.
+        ends: Whether it ends at the next tick, and so may have begun before the present one.
 
     Returns:
         A function of the present instant and the macro step [s], which returns a false value or an FMI status.

@@ -51,7 +51,7 @@ class Tick:
 
     tick: int
     time: float
-    """[s] `tick * h`"""
+    """[s] `tick * h`."""
 
 
 class Simulation:
@@ -92,7 +92,7 @@ class Simulation:
         self._table = SignalTable(system)
         self.log = RowLog(self._table, self.last_tick + 1, record)
         self.step_times = np.zeros(self.last_tick + 1)
-        """[s] wall time of each macro step"""
+        """[s] wall time of each macro step."""
         self._written = WrittenInputs(system)
         self._units: dict[str, Unit] = {}
 

@@ -15,11 +15,11 @@ class Pacer:
     until the schedule is met again.
 
     Args:
-        factor: seconds to simulate in a second of wall time.
-        h: the macro step [s].
+        factor: Seconds to simulate in a second of wall time.
+        h: The macro step [s].
 
     Raises:
-        RequestError: the factor is not a positive number.
+        RequestError: The factor is not a positive number.
     """
 
     def __init__(self, factor: float, h: float) -> None:

@@ -21,7 +21,7 @@ from orchestrator.system.experiment import EVERYTHING, Choice
 from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
-"""[byte] the most that rows may take; they are kept in memory, and a machine runs out of it without a warning"""
+"""[byte] the most that rows may take; they are kept in memory, and a machine runs out of it without a warning."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class RowBatch:
     """Consecutive rows of one group: those of the ticks `first`, `first + every`, ..."""
 
     group: int
-    """Index of the group in `RowLog.elements`"""
+    """Index of the group in `RowLog.elements`."""
     first: int
     every: int
     blocks: Mapping[Type, NDArray[Any]]
-    """By type, the values of the group's elements, (rows, elements)"""
+    """By type, the values of the group's elements, (rows, elements)."""
     step_times: NDArray[np.float64]
-    """[s] wall times of these ticks, (rows,)"""
+    """[s] wall times of these ticks, (rows,)."""
 
     def __len__(self) -> int:
         return len(self.step_times)
@@ -49,8 +49,8 @@ class RowBatch:
         """The rows as columns.
 
         Args:
-            elements: those of the group, as `RowLog.elements` gives them.
-            h: the macro step [s].
+            elements: Those of the group, as `RowLog.elements` gives them.
+            h: The macro step [s].
 
         Returns:
             Columns of shape (rows,) by name: `time` [s], then one for each element.
@@ -65,11 +65,11 @@ class _Group:
         self.every = every
         self.rows: dict[Type, NDArray[Any]] = {}
         self.elements: list[RecordedElement] = []
-        """The chosen elements by type, each with its index among the rows of that type"""
+        """The chosen elements by type, each with its index among the rows of that type."""
         self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        """Rows, and the values that lie side by side in the table"""
+        """Rows, and the values that lie side by side in the table."""
         self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
-        """Rows, values, and the places of those that are kept"""
+        """Rows, values, and the places of those that are kept."""
         for kind in dict.fromkeys(element.type for element in chosen):
             of_kind = [element for element in chosen if element.type is kind]
             self.elements += [element._replace(position=i) for i, element in enumerate(of_kind)]
@@ -98,17 +98,17 @@ class RowLog:
     """All rows of a run, in memory that is reserved at the start.
 
     Args:
-        table: the signal table.
-        length: number of ticks.
-        choice: which signals are kept at every how many ticks.
+        table: The signal table.
+        length: Number of ticks.
+        choice: Which signals are kept at every how many ticks.
 
     Raises:
-        RequestError: a pattern fits no signal, or the rows would take too much memory.
+        RequestError: A pattern fits no signal, or the rows would take too much memory.
     """
 
     def __init__(self, table: SignalTable, length: int, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
-        """Number of ticks whose rows are complete, so that another thread may read them"""
+        """Number of ticks whose rows are complete, so that another thread may read them."""
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
@@ -152,9 +152,9 @@ class RowLog:
         """The rows of the ticks from `first` to before `last`, group by group.
 
         Args:
-            first: the first tick.
-            last: the tick after the last one.
-            step_times: wall time of each tick of the run [s].
+            first: The first tick.
+            last: The tick after the last one.
+            step_times: Wall time of each tick of the run [s].
         """
         batches: list[RowBatch] = []
         for i, group in enumerate(self._groups):
@@ -195,14 +195,14 @@ def paces(system: System, choice: Choice) -> dict[str, int]:
     A signal that fits no pattern is not kept, unless all patterns only leave something out.
 
     Args:
-        system: the system whose outputs are kept.
-        choice: pattern by pattern, at every how many ticks.
+        system: The system whose outputs are kept.
+        choice: Pattern by pattern, at every how many ticks.
 
     Returns:
         Numbers of ticks by full path of an element, 0 for never.
 
     Raises:
-        RequestError: a pattern fits no signal.
+        RequestError: A pattern fits no signal.
     """
     elements = {
         f"{unit}.{variable.name}": [f"{unit}.{element}" for element in variable.elements]

@@ -48,7 +48,7 @@ class Act(StrEnum):
 
 
 Acts: TypeAlias = tuple[tuple[Act, tuple[str, ...]], ...]
-"""Each act with the unit that does it, or with all units of a loop"""
+"""Each act with the unit that does it, or with all units of a loop."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +56,15 @@ class Schedule:
     """The acts of one macro step: `before` completes the instant t_k, `after` leads from t_k to t_{k+1}."""
 
     order: tuple[str, ...]
-    """All units, each after those whose outputs at t_k it needs"""
+    """All units, each after those whose outputs at t_k it needs."""
     before: Acts
     after: Acts
     early: frozenset[str] = frozenset()
-    """Units that step before others can read their outputs at t_k"""
+    """Units that step before others can read their outputs at t_k."""
     loops: tuple[tuple[str, ...], ...] = ()
-    """Groups of units that need each other's outputs at t_k"""
+    """Groups of units that need each other's outputs at t_k."""
     events: frozenset[str] = frozenset()
-    """Units that use Event Mode"""
+    """Units that use Event Mode."""
 
     def __str__(self) -> str:
         return "; ".join(f"{act} {', '.join(units)}" for act, units in (*self.before, *self.after))
@@ -74,12 +74,12 @@ def schedule(system: System, algorithm: Algorithm = Algorithm.SEQUENTIAL, *, sol
     """The schedule of a system.
 
     Args:
-        system: units and connections.
-        algorithm: how the units exchange data and step.
-        solve_loops: whether algebraic loops are solved by iteration instead of refused.
+        system: Units and connections.
+        algorithm: How the units exchange data and step.
+        solve_loops: Whether algebraic loops are solved by iteration instead of refused.
 
     Raises:
-        RequestError: there is an algebraic loop, shown as its chain, that is not to be solved, or in which a unit
+        RequestError: There is an algebraic loop, shown as its chain, that is not to be solved, or in which a unit
             cannot return to a saved state.
     """
     if algorithm is Algorithm.JACOBI:
@@ -192,7 +192,7 @@ def _shows_again(system: System, name: str) -> bool:
 
 
 Needs: TypeAlias = Mapping[str, Mapping[str, Connection]]
-"""For every unit the sources that it needs at the same instant, each with one of the wires"""
+"""For every unit the sources that it needs at the same instant, each with one of the wires."""
 
 
 def _needs(system: System, early: set[str]) -> Needs:

@@ -18,19 +18,19 @@ class RecordedElement(NamedTuple):
 
     unit: str
     path: str
-    """Full path: unit, signal and, in an array, the index from 1"""
+    """Full path: unit, signal and, in an array, the index from 1."""
     type: Type
     position: int
-    """Its index in the column of that type"""
+    """Its index in the column of that type."""
 
 
 class _Conversion(NamedTuple):
     """Values that have to be converted on their way to an input."""
 
     type: Type
-    """The type of the input"""
+    """The type of the input."""
     slots: slice
-    """Elements of the unit's inputs of that type"""
+    """Elements of the unit's inputs of that type."""
     values: Column
     conversion: Transformation
 
@@ -41,7 +41,7 @@ class SignalTable:
     A unit's inputs are a view of the outputs that drive them where these lie side by side, else a copy by index.
 
     Args:
-        system: the system whose signals it holds.
+        system: The system whose signals it holds.
     """
 
     def __init__(self, system: System) -> None:
@@ -57,9 +57,9 @@ class SignalTable:
                     length[kind] += n
             if role == "outputs":
                 self.recorded = dict(length)
-                """By type, the number of elements at the beginning of the column that are outputs"""
+                """By type, the number of elements at the beginning of the column that are outputs."""
         self.columns: dict[Type, Column] = {kind: zeros(kind, n) for kind, n in length.items()}
-        """By type, the values of all elements, (n,)"""
+        """By type, the values of all elements, (n,)."""
         self._held: set[tuple[str, str]] = set()
         self._gathers: dict[str, list[Operation]] = {}
         for path, value in system.held.items():
@@ -70,8 +70,8 @@ class SignalTable:
         """Where an output, or a held input, is.
 
         Args:
-            unit: name of the unit.
-            name: name of the signal within the unit.
+            unit: Name of the unit.
+            name: Name of the signal within the unit.
             role: `outputs` or `inputs`, as the interface calls them.
 
         Returns:

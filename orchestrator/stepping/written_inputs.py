@@ -16,17 +16,17 @@ class _Change(NamedTuple):
     """An input that was written or released."""
 
     tick: int
-    """The first tick at which it has an effect"""
+    """The first tick at which it has an effect."""
     path: str
     value: Any
-    """The value that the input is held at; None for one that follows its connection again"""
+    """The value that the input is held at; None for one that follows its connection again."""
 
 
 class WrittenInputs:
     """All inputs of a system that were written so far.
 
     Args:
-        system: the system whose connections drive the inputs otherwise.
+        system: The system whose connections drive the inputs otherwise.
     """
 
     def __init__(self, system: System) -> None:
@@ -43,8 +43,8 @@ class WrittenInputs:
         An input is left out where its connection's values were not recorded.
 
         Args:
-            columns: the recorded signal elements, by full path.
-            ticks: the tick of each row, (rows,).
+            columns: The recorded signal elements, by full path.
+            ticks: The tick of each row, (rows,).
 
         Returns:
             Columns of shape (rows,), by the full path of each element of the inputs.

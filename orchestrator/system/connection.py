@@ -26,7 +26,7 @@ class Connection:
     source: str
     output: str
     conversion: Transformation = IDENTITY
-    """From the output's unit to the input's, and what the system asks for beyond that"""
+    """From the output's unit to the input's, and what the system asks for beyond that."""
     input_element: ArrayElement | None = None
     output_element: ArrayElement | None = None
 

@@ -13,7 +13,7 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
 
 STEP: Final = 0.1
-"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it"""
+"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it."""
 
 
 class Algorithm(StrEnum):
@@ -75,17 +75,17 @@ class Scenario:
     title: str
     system: System
     scene: Scene | None
-    """The road and the boxes of the vehicles, where they are known"""
+    """The road and the boxes of the vehicles, where they are known."""
     h: float
-    """Macro step [s]"""
+    """Macro step [s]."""
     until: float
-    """Stop time [s]"""
+    """Stop time [s]."""
     sources: Mapping[str, Mapping[str, Any]]
-    """Value, unit and source of every parameter, by full path"""
+    """Value, unit and source of every parameter, by full path."""
     record: Choice = field(default_factory=lambda: dict(EVERYTHING))
-    """Which signals are recorded at every how many ticks"""
+    """Which signals are recorded at every how many ticks."""
     algorithm: Algorithm = Algorithm.SEQUENTIAL
     solve_loops: bool = False
-    """Whether algebraic loops are solved by iteration instead of being refused"""
+    """Whether algebraic loops are solved by iteration instead of being refused."""
     remarks: tuple[str, ...] = ()
-    """What a person should know of the system before it runs"""
+    """What a person should know of the system before it runs."""

@@ -91,4 +91,4 @@ def _kinds(annotation: Any) -> list[type]:
 
 
 _WRAPPED = "values"
-"""The name under which a file without fixed entries is checked, which does not stand in the file"""
+"""The name under which a file without fixed entries is checked, which does not stand in the file."""

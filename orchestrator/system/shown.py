@@ -8,7 +8,7 @@ from typing import TypeAlias
 from orchestrator.system.system import System
 
 BusPaths: TypeAlias = Mapping[type, str]
-"""The full path of an output bus, `plant.state`, by the record type of the bus; without an entry nothing shows it"""
+"""The full path of an output bus, `plant.state`, by the record type of the bus; without an entry nothing shows it."""
 
 
 def shown(system: System) -> BusPaths:

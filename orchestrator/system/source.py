@@ -29,7 +29,7 @@ _CAUSALITIES: Final = {
     "parameters": ("parameter", "structuralParameter"),
     "initials": ("output", "local"),
 }
-"""FMI's causalities of the variables in each role"""
+"""FMI's causalities of the variables in each role."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class SourceDescription:
     """What fills a place in a system, and how it runs: facts for summaries, files and checks."""
 
     kind: str
-    """Name of the block, or of the FMU's model"""
+    """Name of the block, or of the FMU's model."""
     file: Path | None = None
-    """The FMU; `None` for what runs without a file"""
+    """The FMU; `None` for what runs without a file."""
     version: Version | None = None
-    """The FMU's version of FMI"""
+    """The FMU's version of FMI."""
     isolated: float | None = None
-    """[s] that a call may take in a process of its own; `None` for a unit in this process"""
+    """[s] that a call may take in a process of its own; `None` for a unit in this process."""
 
     @property
     def runs_as(self) -> str:
@@ -59,7 +59,7 @@ class UnitSource(ABC):
     """
 
     parameters: Mapping[str, Any]
-    """Values by name; where the interface has start values, only those that differ"""
+    """Values by name; where the interface has start values, only those that differ."""
 
     @property
     @abstractmethod

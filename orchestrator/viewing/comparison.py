@@ -23,10 +23,10 @@ from orchestrator.stepping.rows import paces
 from orchestrator.system.shown import signal_path
 
 RunRows: TypeAlias = Mapping[str, NDArray[Any]]
-"""The rows of a run: the column `time` [s], and one column for each signal element that was recorded"""
+"""The rows of a run: the column `time` [s], and one column for each signal element that was recorded."""
 
 _LONGEST_CHOICE: Final = 20
-"""Signals that a message lists at most"""
+"""Signals that a message lists at most."""
 
 
 def rebuild(run: KeptRun, table: RunRows, path: Path) -> None:

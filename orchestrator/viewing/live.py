@@ -34,9 +34,9 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0
-"""[s] in which a viewer must start before the run begins; the running simulation does not wait for it"""
+"""[s] in which a viewer must start before the run begins; the running simulation does not wait for it."""
 _FOLLOWS_WITHIN: Final = 1.5
-"""[s] after the last tick in which the viewer must have taken the whole run"""
+"""[s] after the last tick in which the viewer must have taken the whole run."""
 _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 
@@ -45,11 +45,11 @@ class LiveOptions:
     """How a run is watched; with neither a viewer nor the browser there is only a server."""
 
     viewer: bool = True
-    """Whether to open a window"""
+    """Whether to open a window."""
     web: bool = False
-    """Whether to open the browser instead"""
+    """Whether to open the browser instead."""
     url: str | None = None
-    """The address of a viewer that is already running, to use instead"""
+    """The address of a viewer that is already running, to use instead."""
 
     def check(self) -> None:
         """Check the address.

@@ -18,7 +18,7 @@ from orchestrator.viewing.photograph import PICTURE, write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
 
 _PAGE: Final = re.compile(r"http://[\w.:]+/?\?url=\S+")
-"""The address of the page in the browser, which the viewer prints"""
+"""The address of the page in the browser, which the viewer prints."""
 _REMEDY: Final = "In a browser: macrostep show --web RUN. As a file: macrostep show --picture FILE.png RUN"
 
 

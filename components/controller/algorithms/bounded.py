@@ -39,12 +39,12 @@ class Solution:
     """The end of a search, whichever algorithm it was."""
 
     z: Array
-    """Decision, of shape (n,)"""
+    """Decision, of shape (n,)."""
     cost: float
     kkt: float
-    """Measure of how far the decision is from optimal"""
+    """Measure of how far the decision is from optimal."""
     iterations: float
-    """Iterations that the search needed"""
+    """Iterations that the search needed."""
 
 
 @dataclass(frozen=True)

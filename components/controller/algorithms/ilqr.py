@@ -48,7 +48,7 @@ class Stages:
     residual: Callable[[Any, Any, Any, Any], list[float]]
     """``residual(constants, stage, x, u) -> weighted residuals``"""
     bounds: Callable[[Any], tuple[Any, Any]]
-    """``bounds(constants) -> lower, upper`` inputs"""
+    """``bounds(constants) -> lower, upper`` inputs."""
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,14 @@ class Trajectory:
     """What a search found; columns hold one record below the other, step by step."""
 
     u: Any
-    """Inputs, of shape (n_u N,)"""
+    """Inputs, of shape (n_u N,)."""
     x: Any
-    """States, of shape (n_x (N + 1),)"""
+    """States, of shape (n_x (N + 1),)."""
     cost: float
     decrease: float
-    """Relative decrease of the cost in the last iteration"""
+    """Relative decrease of the cost in the last iteration."""
     iterations: float
-    """Iterations that lowered the cost"""
+    """Iterations that lowered the cost."""
 
 
 def optimise(  # noqa: PLR0913 - the parts of the problem

@@ -14,16 +14,16 @@ from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.paper.verdict import TIME_METRIC, Case, DecidingNumber, Verdict
 
 ACCURATE_RMS: Final = 0.25
-"""[m] Largest rms path error that counts as accurate: the same as for `mpc_plus`"""
+"""[m] Largest rms path error that counts as accurate: the same as for `mpc_plus`."""
 
 ACCURATE_MAX: Final = 0.85
-"""[m] Largest path error that counts as accurate: a 1.8 m wide car stays inside its 3.5 m wide lane"""
+"""[m] Largest path error that counts as accurate: a 1.8 m wide car stays inside its 3.5 m wide lane."""
 
 SAME_TRAJECTORY: Final = 0.01
-"""[m] Trajectories that are nowhere further apart count as the same"""
+"""[m] Trajectories that are nowhere further apart count as the same."""
 
 STATIC_TASK: Final = "static"
-"""The task with obstacles that stand still"""
+"""The task with obstacles that stand still."""
 
 FAULT_NOTE: Final = "a run ended in a fault"
 

@@ -19,17 +19,17 @@ from orchestrator.results.path_geometry import path_error
 from orchestrator.system.shown import BusPaths, signal_path
 
 SWING: Final = 0.05
-"""[rad/s] Yaw rates below this are no swing: a tenth of the 0.49 rad/s that the path demands, R = v^2/(mu g)"""
+"""[rad/s] Yaw rates below this are no swing: a tenth of the 0.49 rad/s that the path demands, R = v^2/(mu g)."""
 
 IN_PROCESS: Final = "in this process"
 AS_FMU: Final = "FMU"
-"""How a controller runs while it is timed"""
+"""How a controller runs while it is timed."""
 
 TUNED: Final = "MP tuned"
-"""The setting of the paper's method that `plus` runs are compared with"""
+"""The setting of the paper's method that `plus` runs are compared with."""
 
 TYRES: Final = {"bicycle": "linear", "bicycle_saturated": "saturating"}
-"""The tyre of a plant, as conditions call it"""
+"""The tyre of a plant, as conditions call it."""
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,11 @@ class Timing:
 
     controller: str
     way: str
-    """`IN_PROCESS` or `AS_FMU`"""
+    """`IN_PROCESS` or `AS_FMU`."""
     p50_us: float
     p99_us: float
     ratio_p50: float
-    """To the p50 of the controller that the list of experiments names"""
+    """To the p50 of the controller that the list of experiments names."""
     ratio_p99: float
 
 
@@ -87,12 +87,12 @@ class Evidence:
     results: tuple[Result, ...]
     curves: tuple[Curve, ...] = ()
     distances: Mapping[str, float] = field(default_factory=dict[str, float])
-    """Largest distance [m] of the trajectory of another algorithm from that of the `reference` run, by run"""
+    """Largest distance [m] of the trajectory of another algorithm from that of the `reference` run, by run."""
     off_path: Mapping[str, float] = field(default_factory=dict[str, float])
-    """rms distance [m] of a `plus` run from the path of the paper's method, by run: its own path may differ"""
+    """rms distance [m] of a `plus` run from the path of the paper's method, by run: its own path may differ."""
     timings: tuple[Timing, ...] = ()
     reference: str = ""
-    """The run that other algorithms are compared with"""
+    """The run that other algorithms are compared with."""
 
     def of(self, role: RunRole, like: Result | None = None) -> list[Result]:
         """The results of a role; with `like`, only those of the same task and plant as that result."""
@@ -110,7 +110,7 @@ class RecordedRun:
     """The rows of a run, with the buses of its system."""
 
     frame: pd.DataFrame
-    """`time`, and a column for each element of a signal"""
+    """`time`, and a column for each element of a signal."""
     buses: BusPaths
 
     def state(self, signal: str) -> Array:

@@ -21,17 +21,17 @@ class RunRole(StrEnum):
     """The part of a run when claims are decided."""
 
     MP = "mp"
-    """The paper's method"""
+    """The paper's method."""
     TWO_LEVEL = "two_level"
-    """The method that the paper compares it with"""
+    """The method that the paper compares it with."""
     ALGORITHM = "algorithm"
-    """Another solver of the same problem"""
+    """Another solver of the same problem."""
     LOOSE = "loose"
-    """Another solver with a loose tolerance, for comparison only"""
+    """Another solver with a loose tolerance, for comparison only."""
     PLUS = "plus"
-    """The controller that goes beyond the paper"""
+    """The controller that goes beyond the paper."""
     SWEEP = "sweep"
-    """One point of a tracker's curve of gains"""
+    """One point of a tracker's curve of gains."""
 
 
 class _Strict(BaseModel):
@@ -47,10 +47,10 @@ class RunPlan(_Strict):
     plant: str
     controller: str
     settings: tuple[str, ...] = ()
-    """Changed parameters, written as for ``--set``"""
+    """Changed parameters, written as for ``--set``."""
     role: RunRole
     label: str
-    """What tables, figures and conditions call the run"""
+    """What tables, figures and conditions call the run."""
 
 
 class SweepPlan(_Strict):
@@ -87,10 +87,10 @@ class TimingPlan(_Strict):
     """Which controllers are timed, and on which states."""
 
     states: str
-    """The run whose recorded states all controllers are given"""
+    """The run whose recorded states all controllers are given."""
     controllers: tuple[str, ...]
     ratio_to: str
-    """The controller that all times are related to"""
+    """The controller that all times are related to."""
 
 
 class FigureKind(StrEnum):

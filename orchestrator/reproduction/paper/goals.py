@@ -9,7 +9,7 @@ from orchestrator.reproduction.paper.experiments import RunRole
 from orchestrator.reproduction.paper.verdict import Case, DecidingNumber, Verdict
 
 ACCURATE: Final = 0.25
-"""[m] Largest rms path error in the nominal case"""
+"""[m] Largest rms path error in the nominal case."""
 
 
 def nominal(evidence: Evidence) -> Verdict:

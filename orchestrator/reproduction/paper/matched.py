@@ -23,11 +23,11 @@ class Comparison:
     """Whether a run is smoother than a curve at the same accuracy."""
 
     smoother: bool | None
-    """None where the curve does not decide it"""
+    """None where the curve does not decide it."""
     at: Mapping[str, float]
-    """The metrics of the curve at that accuracy, or at its nearest end"""
+    """The metrics of the curve at that accuracy, or at its nearest end."""
     runs: tuple[str, ...]
-    """The points of the curve that these metrics come from"""
+    """The points of the curve that these metrics come from."""
     how: str
 
 

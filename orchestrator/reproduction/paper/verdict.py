@@ -27,7 +27,7 @@ class DecidingNumber:
     metric: str
     value: float
     of: str = ""
-    """What was measured, where it is not the controller that the claim is about"""
+    """What was measured, where it is not the controller that the claim is about."""
 
     @property
     def name(self) -> str:
@@ -47,10 +47,10 @@ class Case:
     factors: Mapping[str, str]
     """What was compared: setting, baseline, tyre, ..."""
     holds: bool | None
-    """None where the numbers do not decide it"""
+    """None where the numbers do not decide it."""
     measured: tuple[DecidingNumber, ...]
     runs: tuple[str, ...]
-    """Names of the runs that were measured"""
+    """Names of the runs that were measured."""
     note: str = ""
 
     @property
@@ -69,9 +69,9 @@ class Verdict:
     claim: str
     """A short identifier: C1, C2, ..."""
     words: str
-    """The claim in words"""
+    """The claim in words."""
     decided_by: str
-    """The condition under which a case holds, in words"""
+    """The condition under which a case holds, in words."""
     cases: tuple[Case, ...]
     notes: tuple[str, ...] = ()
 

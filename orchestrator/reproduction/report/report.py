@@ -19,7 +19,7 @@ from orchestrator.results.provenance import versions
 from orchestrator.results.run_folder import RECORDING
 
 REPORT_FIGURES: Final = "figures"
-"""The folder of the figures inside that of the report"""
+"""The folder of the figures inside that of the report."""
 
 VARIED_FIGURE: Final = f"{REPORT_FIGURES}/varied.png"
 
@@ -30,13 +30,13 @@ class Report:
 
     experiments: Experiments
     outcomes: Mapping[str, Outcome]
-    """By the name of the run"""
+    """By the name of the run."""
     evidence: Evidence
     verdicts: Sequence[Verdict]
-    """On the claims of the paper"""
+    """On the claims of the paper."""
     goals: Sequence[Verdict]
     figures: Sequence[ReportFigure]
-    """Those that were drawn"""
+    """Those that were drawn."""
     varied: JudgedSet | None = None
 
 

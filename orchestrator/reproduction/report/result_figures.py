@@ -50,7 +50,7 @@ _LINE_STYLES: Final[Mapping[str, tuple[str, Any, str]]] = {
     "pure pursuit": ("#c2417f", (0, (8, 2, 1, 2)), "."),
     "mpc-plus": ("#2c9c69", (0, (4, 1)), "^"),
 }
-"""Colour, dashes and marker of the labels that appear in several figures"""
+"""Colour, dashes and marker of the labels that appear in several figures."""
 _SMOOTHNESS_TITLES: Final = ("total variation of r [rad/s]", "rms yaw acceleration [rad/s2]")
 _OTHERS: Final[Sequence[tuple[str, Any, str]]] = (
     ("#2c9c69", (0, (6, 2)), "s"),

@@ -21,13 +21,13 @@ TASKS: Final = ("static", "dynamic", "dynamic-slow")
 """The scenarios that are varied, in the order of the case numbers."""
 
 NOMINAL_MASS: Final = 2000.0
-"""[kg] The mass that controllers assume"""
+"""[kg] The mass that controllers assume."""
 
 _DIGITS: Final = 4
 """Drawn values are rounded to so many decimals, so that a person can type them."""
 
 _EDGES: Final = ("y_left", "y_right")
-"""Edges of the road, which not every controller has as parameters"""
+"""Edges of the road, which not every controller has as parameters."""
 
 
 class Range(BaseModel):
@@ -39,9 +39,9 @@ class Range(BaseModel):
     high: float
     unit: str
     what: str
-    """The meaning of the value, for the report"""
+    """The meaning of the value, for the report."""
     count: int = 1
-    """How many values are drawn independently"""
+    """How many values are drawn independently."""
 
 
 class VariedController(BaseModel):
@@ -56,7 +56,7 @@ class VariedController(BaseModel):
     role: RunRole
     label: str
     curve: str = ""
-    """The label of the curve of gains that it is a point of; empty where it is none"""
+    """The label of the curve of gains that it is a point of; empty where it is none."""
 
 
 class VariedPlan(BaseModel):
@@ -67,7 +67,7 @@ class VariedPlan(BaseModel):
     plant: str
     controllers: tuple[VariedController, ...]
     ranges: dict[str, dict[str, Range]]
-    """By task (`common`: for all tasks) and name of the value"""
+    """By task (`common`: for all tasks) and name of the value."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class VariedCase:
     number: int
     task: str
     drawn: Mapping[str, float | list[float]]
-    """The drawn values, by their names in the ranges"""
+    """The drawn values, by their names in the ranges."""
 
     @property
     def stop_time(self) -> float:

@@ -17,7 +17,7 @@ from orchestrator.reproduction.varied.variations import VariedController
 from orchestrator.reproduction.varied.varied_set import CaseResults, VariedSet
 
 REQUIRED_SHARE: Final = 0.95
-"""Share of the cases in which a claim has to hold in order to hold on the varied set"""
+"""Share of the cases in which a claim has to hold in order to hold on the varied set."""
 
 VARIED_CLAIMS: Final[Sequence[Callable[[Evidence], Verdict]]] = (
     claims.c1, claims.c2, claims.c3, claims.c4, claims.c5, claims.c6
@@ -31,7 +31,7 @@ SPREAD_METRICS: Final = (
     "gap_obstacle",
     "gap_edge",
 )
-"""Metrics whose distributions the report gives"""
+"""Metrics whose distributions the report gives."""
 
 _PERCENTILES: Final = (5, 50, 95)
 

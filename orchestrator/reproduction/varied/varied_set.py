@@ -41,9 +41,9 @@ class CaseResults:
 
     case: VariedCase
     results: Mapping[str, Result]
-    """By the controller's name in the plan"""
+    """By the controller's name in the plan."""
     faults: Mapping[str, str]
-    """What ended a run before its time, by the controller's name in the plan"""
+    """What ended a run before its time, by the controller's name in the plan."""
 
 
 @dataclass(frozen=True)
