@@ -1,4 +1,4 @@
-"""Connections: one signal, or one element of an array, into another."""
+"""Connections: each leads from an output signal, or one element of an array, to an input signal or element."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from components.interfaces.record import Variable
 
 @dataclass(frozen=True)
 class ArrayElement:
-    """One element of an array: its name (`x[2]`) and its place among all elements, from 0."""
+    """One element of an array: its name (`x[2]`) and its index among all elements, counted from 0."""
 
     name: str
     at: int
@@ -26,7 +26,7 @@ class Connection:
     source: str
     output: str
     conversion: Transformation = IDENTITY
-    """From the output's unit to the input's, and what the system asks for beyond that."""
+    """The conversion from the output's unit of measurement to the input's, then any transformation of the system."""
     input_element: ArrayElement | None = None
     output_element: ArrayElement | None = None
 
@@ -45,12 +45,26 @@ class Connection:
 
 
 def is_part(path: str, whole: str) -> bool:
-    """Whether a path is that of a signal, or of one of its elements."""
+    """Whether a path names a signal or one of its elements.
+
+    Args:
+        path: The path in question, such as `x[2]`.
+        whole: The path of the signal, such as `x`.
+    """
     return path == whole or (path.startswith(f"{whole}[") and path.endswith("]"))
 
 
 def signal(name: str, variables: Sequence[Variable]) -> tuple[Variable, ArrayElement | None] | None:
-    """The variable of a name, or the one that has an element of this name."""
+    """Find the variable that a name refers to.
+
+    Args:
+        name: The name of a variable, or of one element of an array, such as `x[2]`.
+        variables: The variables to search.
+
+    Returns:
+        The variable, and the element that the name refers to; `None` in its place for the whole variable, and `None`
+        for a name that no variable has.
+    """
     for variable in variables:
         if variable.name == name:
             return variable, None

@@ -13,7 +13,7 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
 
 STEP: Final = 0.1
-"""[s] Macro step where neither a file nor a person says one; SSP itself has no place for it."""
+"""[s] The macro step unless a file or a person gives one; SSP itself has no element for it."""
 
 
 class Algorithm(StrEnum):
@@ -25,14 +25,24 @@ class Algorithm(StrEnum):
 
 
 def algorithm_named(name: str) -> Algorithm:
-    """The algorithm of this name. Raises `RequestError`."""
+    """The algorithm of a name. Raises `RequestError` where there is none."""
     if name not in set(Algorithm):
         raise refuse("algorithm", f"`{name}`", choices(Algorithm))
     return Algorithm(name)
 
 
 def macro_step(h: float) -> float:
-    """A macro step [s] that can be stepped with. Raises `RequestError`."""
+    """Check a macro step.
+
+    Args:
+        h: The macro step [s].
+
+    Returns:
+        The same macro step [s].
+
+    Raises:
+        RequestError: It is not a positive, finite number.
+    """
     if not (math.isfinite(h) and h > 0):
         raise refuse("step", f"{h:g} s", "a positive number of seconds")
     return h
@@ -49,7 +59,7 @@ def last_tick(h: float, until: float) -> int:
         The number of macro steps from 0 s to the stop time.
 
     Raises:
-        RequestError: The stop time is negative, or no whole number of macro steps.
+        RequestError: The stop time is negative, or not a whole number of macro steps.
     """
     macro_step(h)
     if not (math.isfinite(until) and until >= 0):
@@ -61,10 +71,10 @@ def last_tick(h: float, until: float) -> int:
 
 
 Choice: TypeAlias = Mapping[str, int]
-"""Keep the signals that fit a pattern at every n-th tick, 0 for never; the last pattern that fits counts."""
-
+"""At every how many ticks the signals that match a pattern are recorded, 0 for never; the last match counts."""
 
 EVERYTHING: Final[Choice] = {"*": 1}
+"""All signals at every tick."""
 
 
 @dataclass(frozen=True)
@@ -75,15 +85,15 @@ class Scenario:
     title: str
     system: System
     scene: Scene | None
-    """The road and the boxes of the vehicles, where they are known."""
+    """The road and the box of the ego vehicle; `None` where they are not known."""
     h: float
     """Macro step [s]."""
     until: float
     """Stop time [s]."""
     sources: Mapping[str, Mapping[str, Any]]
-    """Value, unit and source of every parameter, by full path."""
+    """Value, unit of measurement and source of every parameter, by full path."""
     record: Choice = field(default_factory=lambda: dict(EVERYTHING))
-    """Which signals are recorded at every how many ticks."""
+    """Which signals are recorded, and at every how many ticks."""
     algorithm: Algorithm = Algorithm.SEQUENTIAL
     solve_loops: bool = False
     """Whether algebraic loops are solved by iteration instead of being refused."""

@@ -1,4 +1,4 @@
-"""Files that people write: read as TOML, checked as a model, with everything that is wrong told at once."""
+"""Files that people write: read as TOML and checked against a model, which reports all problems at once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 
 class Given(BaseModel):
-    """A value with its unit of measurement and where it comes from."""
+    """A value with its unit of measurement and its source."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -28,7 +28,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file.
 
     Raises:
-        RequestError: When it cannot be read, with the line where it is no TOML.
+        RequestError: The file cannot be read, or is not valid TOML; the message then has the line.
     """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
@@ -42,12 +42,15 @@ def checked(model: type[_Model], content: Mapping[str, Any], where: str) -> _Mod
     """Check the content of a file.
 
     Args:
-        model: What the file must look like.
-        content: What was read from it.
-        where: What messages call the file.
+        model: The entries that the file must have, with their types.
+        content: The parsed file.
+        where: The name of the file, for messages.
+
+    Returns:
+        The content as an object of the model.
 
     Raises:
-        RequestError: With everything that does not fit.
+        RequestError: Entries are missing, unknown or of another type; the error lists all of them.
     """
     try:
         return model.model_validate(dict(content))
@@ -76,7 +79,7 @@ def _hint(location: Sequence[str | int]) -> str:
 def _model_at(model: type[BaseModel], location: Sequence[str | int]) -> type[BaseModel]:
     """The model of the table at a place in the file."""
     for part in location:
-        field = model.model_fields.get(str(part))  # another part is the key of a dictionary of models
+        field = model.model_fields.get(str(part))  # a part that is no field is the key of a dictionary of models
         if field is not None:
             model = next((kind for kind in _kinds(field.annotation) if issubclass(kind, BaseModel)), model)
     return model
@@ -91,4 +94,4 @@ def _kinds(annotation: Any) -> list[type]:
 
 
 _WRAPPED = "values"
-"""The name under which a file without fixed entries is checked, which does not stand in the file."""
+"""The field that holds all entries of a file without fixed ones; the file itself does not contain this name."""

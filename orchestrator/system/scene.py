@@ -1,4 +1,4 @@
-"""The scene: what the world is like apart from the units; metrics and pictures need it, no unit reads it."""
+"""The scene: the world around the units, which metrics and pictures need, and which no unit reads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which bus of a system shows what: for each record type, the output bus that metrics and pictures are made from."""
+"""The output buses of a system by record type, from which metrics and pictures are made."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeAlias
 from orchestrator.system.system import System
 
 BusPaths: TypeAlias = Mapping[type, str]
-"""The full path of an output bus, `plant.state`, by the record type of the bus; without an entry nothing shows it."""
+"""The full path of an output bus, such as `plant.state`, by record type; a type that no unit shows has no entry."""
 
 
 def shown(system: System) -> BusPaths:
@@ -19,7 +19,7 @@ def shown(system: System) -> BusPaths:
 
     Returns:
         For each record type of an output bus, required or optional, the path of that bus in the first unit whose socket
-        offers it. A unit need not have an optional bus: whether its signals exist is for the caller to see.
+        offers it. A unit may lack an optional bus, so the caller has to check whether its signals exist.
     """
     paths: dict[type, str] = {}
     for unit, socket in system.sockets.items():
@@ -29,18 +29,21 @@ def shown(system: System) -> BusPaths:
 
 
 def signal_path(buses: BusPaths, record: type, signal: str) -> str:
-    """The full path of a signal of a bus; a name that no signal has where nothing shows the bus.
+    """The full path of a signal of a bus.
 
     Args:
         buses: The buses of a system, as `shown` gives them.
         record: The record type of the bus.
-        signal: The name of the signal within the bus, also of an element, such as `x[1]`.
+        signal: The name of a signal within the bus, or of an element, such as `x[1]`.
+
+    Returns:
+        The path; where no unit shows the bus, a path that no signal has.
     """
     return f"{buses.get(record, '')}.{signal}"
 
 
 def unit_that_shows(buses: BusPaths, record: type) -> str | None:
-    """The name of the unit that shows a bus; None where nothing shows it.
+    """The name of the unit that shows a bus; `None` where no unit shows it.
 
     Args:
         buses: The buses of a system, as `shown` gives them.

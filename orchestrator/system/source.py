@@ -1,4 +1,4 @@
-"""Unit sources: what the units of a system are made from, with the parameter values that are given."""
+"""Unit sources: the blocks and files that units are made from, with the parameter values that they are given."""
 
 from __future__ import annotations
 
@@ -29,42 +29,42 @@ _CAUSALITIES: Final = {
     "parameters": ("parameter", "structuralParameter"),
     "initials": ("output", "local"),
 }
-"""FMI's causalities of the variables in each role."""
+"""The FMI causalities of the variables in each list of `Interface`."""
 
 
 @dataclass(frozen=True)
 class SourceDescription:
-    """What fills a place in a system, and how it runs: facts for summaries, files and checks."""
+    """What a unit is made from, and how it runs: facts for summaries, files and checks."""
 
     kind: str
-    """Name of the block, or of the FMU's model."""
+    """The name of the block, or of the FMU's model."""
     file: Path | None = None
-    """The FMU; `None` for what runs without a file."""
+    """The FMU file; `None` for a block in this process."""
     version: Version | None = None
-    """The FMU's version of FMI."""
+    """The version of FMI; `None` for a block in this process."""
     isolated: float | None = None
-    """[s] that a call may take in a process of its own; `None` for a unit in this process."""
+    """[s] The time that one call may take in a process of its own; `None` for a unit in this process."""
 
     @property
     def runs_as(self) -> str:
-        """How it runs, in words."""
+        """How the unit runs, in words."""
         return "block in this process" if self.version is None else f"FMI {self.version}.0"
 
 
 class UnitSource(ABC):
-    """What a unit of a system is made from, with the parameter values that are given.
+    """What a unit of a system is made from, with the parameter values that it is given.
 
-    Sources are frozen: what changes one gives another. The final ones are `InProcess` (a block), `Fmu`, and
-    `orchestrator.mapping.mapped.Mapped` (an FMU behind the interface of a socket).
+    Sources are immutable: methods that change one return another. The final classes are `InProcess` (a block), `Fmu`,
+    and `orchestrator.mapping.mapped.Mapped` (an FMU behind the interface of a socket).
     """
 
     parameters: Mapping[str, Any]
-    """Values by name; where the interface has start values, only those that differ."""
+    """Values by name; parameters with a start value in the interface need an entry only where theirs differs."""
 
     @property
     @abstractmethod
     def interface(self) -> Interface:
-        """What the unit looks like from outside. Raises `RequestError`."""
+        """The inputs, outputs and parameters of the unit. Raises `RequestError`."""
 
     @abstractmethod
     def with_parameters(self, parameters: Mapping[str, Any]) -> UnitSource:
@@ -72,22 +72,22 @@ class UnitSource(ABC):
 
     @abstractmethod
     def describe(self) -> SourceDescription:
-        """What it is and how it runs. Raises `RequestError`."""
+        """Describe what the unit is made from and how it runs. Raises `RequestError`."""
 
     @abstractmethod
     def open(self, name: str) -> Unit:
-        """The running unit, which is called `name` in messages. Raises `RequestError` and `UnitError`."""
+        """Open the unit, which messages call `name`. Raises `RequestError` and `UnitError`."""
 
     @abstractmethod
     def foreign_problem(self, unit: str) -> Problem | None:
-        """What keeps other tools from running the unit; `None` where nothing does."""
+        """The problem that keeps other tools from running the unit; `None` where they can."""
 
     def kept(self) -> UnitSource:
-        """The same source, whose units may wait for their next run instead of being opened anew."""
+        """The same source, whose units may be reset and used again instead of being opened for each run."""
         return self
 
     def for_other_tools(self) -> UnitSource:
-        """What other tools are given: this source, unless a plainer one says the same."""
+        """The source that is exported to other tools: this one, or an equivalent one that needs no mapping."""
         return self
 
     def in_own_process(self, patience: float) -> UnitSource | None:  # noqa: ARG002 - a file can, others cannot
@@ -99,16 +99,21 @@ class UnitSource(ABC):
         return None
 
     def single_instance(self) -> Path | None:
-        """The file of which this process can hold this unit only; `None` where it can hold several."""
+        """The file that can be instantiated only once per process; `None` where several instances are possible."""
         return None
 
     def element_names(self, variable: Variable, role: str) -> Sequence[str]:
-        """The names of the elements of an array as its file spells them; `role` is a list of the interface."""
+        """The names of the elements of an array as its file spells them.
+
+        Args:
+            variable: The array.
+            role: The list of the interface that it stands in: `inputs`, `outputs`, `parameters` or `initials`.
+        """
         del role
         return variable.elements
 
     def declares(self, name: str) -> bool:  # noqa: ARG002 - a file may, others do not
-        """Whether a file declares a variable of a name, also one that no master exchanges."""
+        """Whether the file declares a variable of a name, even one that no master exchanges."""
         return False
 
     @property
@@ -123,7 +128,7 @@ class UnitSource(ABC):
 
     @property
     def references(self) -> Mapping[str, Sequence[int]]:
-        """Value references of each variable, for a file of FMI."""
+        """The value references of each variable; empty for a source that is not an FMU."""
         return {}
 
 
@@ -166,10 +171,10 @@ class Fmu(UnitSource):
     Args:
         path: The file.
         parameters: Values by name.
-        lenient: Whether the file is run though it breaks rules of FMI; `archive.remarks` says which.
+        lenient: Whether the file may be run although it breaks rules of FMI, which `archive.remarks` lists.
         isolated: The time [s] that one call may take in a process of its own; without it, the FMU runs in this process.
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
-        known: The file as it has been read already, where that is still right.
+        known: The content of the file, where it has been read before and is still valid.
     """
 
     path: Path
@@ -181,7 +186,7 @@ class Fmu(UnitSource):
 
     @cached_property
     def archive(self) -> Archive:
-        """The file, opened and understood. Raises `RequestError`."""
+        """The content of the file, read and checked. Raises `RequestError`."""
         return self.known or open_fmu(Path(self.path), self.parameters, lenient=self.lenient)
 
     @property
@@ -191,7 +196,7 @@ class Fmu(UnitSource):
 
     @override
     def with_parameters(self, parameters: Mapping[str, Any]) -> Self:
-        # the lengths of arrays follow structural parameters: the file is then read again
+        # Structural parameters determine the lengths of arrays, so the file has to be read again.
         return replace(self, parameters=parameters, known=None if self.structural else self.archive)
 
     @override
@@ -215,7 +220,7 @@ class Fmu(UnitSource):
             return reused_unit(name, self.archive)
         if self.isolated is None:
             return fmu_unit(name, self.archive)
-        from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only who asks for it needs it
+        from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only units in processes of their own need it
 
         return IsolatedUnit(name, self.archive, self.parameters, lenient=self.lenient, patience=self.isolated)
 

@@ -30,17 +30,17 @@ class System:
 
     Args:
         units: What each unit is made from, by its name.
-        wiring: For an input (a signal, one element of it, or a whole bus) the output that drives it, both with the name
-            of their unit: ``{"controller.ego": "plant.state"}``.
+        wiring: The output that drives each input (a signal, one element of it, or a whole bus), both with the name of
+            their unit: ``{"controller.ego": "plant.state"}``.
         held: Constant values of inputs, or of those elements of them that nothing drives, by their full path; a scalar,
             or an array of the input's shape `(n,)`, in the input's unit of measurement.
         sockets: The sockets that units must fit, by the name of the unit.
-        transformations: What is applied to the value that an input receives, by input as in `wiring`.
-        unconverted: Inputs into which units of measurement are not converted.
-        steps: Steps of units that have their own, as multiples of the macro step: a whole number, or one over one.
+        transformations: The transformation of the value that an input receives, by input as in `wiring`.
+        unconverted: Inputs whose values are not converted to their unit of measurement.
+        steps: Steps of units that have their own, in macro steps: a whole number, or the reciprocal of one.
 
     Raises:
-        RequestError: With all problems that were found.
+        RequestError: The system is not valid; the error lists all problems.
     """
 
     units: Mapping[str, UnitSource]
@@ -56,7 +56,7 @@ class System:
 
     @cached_property
     def clock_connections(self) -> tuple[Connection, ...]:
-        """The part of the wiring that carries ticks, from output clocks to triggered input clocks."""
+        """The part of the wiring that leads from output clocks to triggered input clocks."""
         wires = [(*key.split(".", 1), *value.split(".", 1)) for key, value in self.wiring.items()]
         return tuple(
             Connection(unit, clock, source, output)
@@ -72,11 +72,19 @@ class System:
         )
 
     def held_by(self, unit: str) -> dict[str, Any]:
-        """The values that a unit's inputs are held at, by the name of the input."""
+        """The values at which inputs of a unit are held, by the name of the input."""
         return {path.partition(".")[2]: v for path, v in self.held.items() if path.partition(".")[0] == unit}
 
     def variable(self, path: str, *, role: str = "outputs") -> Variable:
-        """The input or output at a full signal path. Raises `KeyError`."""
+        """The variable at a full signal path.
+
+        Args:
+            path: The path, such as `plant.state.v_x`.
+            role: `inputs` or `outputs`, the list of the interface that it stands in.
+
+        Raises:
+            KeyError: There is no such variable.
+        """
         unit, _, name = path.partition(".")
         return {v.name: v for v in getattr(self.units[unit].interface, role)}[name]
 
@@ -93,17 +101,17 @@ def _problems(system: System) -> Iterator[Problem]:
     yield from _instance_problems(system)
     driven: dict[str, str] = {}
     for key, value in system.wiring.items():
-        for found in _expand(system, key, value):
-            if isinstance(found, Problem):
-                yield found
+        for expanded in _expand(system, key, value):
+            if isinstance(expanded, Problem):
+                yield expanded
                 continue
-            path, whole = found.target, f"{found.unit}.{found.input}"
-            source = found.origin
-            before = [path, whole] if found.input_element else [p for p in driven if is_part(p, path)]
+            path, whole = expanded.target, f"{expanded.unit}.{expanded.input}"
+            source = expanded.origin
+            before = [path, whole] if expanded.input_element else [p for p in driven if is_part(p, path)]
             for taken in [p for p in dict.fromkeys(before) if p in driven][:1]:
                 yield Problem(taken, f"two sources, {driven[taken]} and {source}", "one source")
             driven[path] = source
-            yield from _mismatch(system, found)
+            yield from _mismatch(system, expanded)
     yield from _held_problems(system, driven)
     for path in system.transformations.keys() - driven.keys():
         yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
@@ -111,7 +119,7 @@ def _problems(system: System) -> Iterator[Problem]:
 
 
 def _instance_problems(system: System) -> Iterator[Problem]:
-    """Units of one FMU that a process can hold only once."""
+    """The problems of units that are made from one FMU, of which a process can hold only one instance."""
     once: dict[Path, str] = {}
     for name, source in system.units.items():
         if (file := source.single_instance()) is not None:
@@ -143,10 +151,10 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
     for path, variable in inputs.items():
         unit = path.partition(".")[0]
         if path not in driven and path not in system.held:
-            open_ = [e for e in variable.elements if f"{unit}.{e}" not in driven]
-            told = "no source" if len(open_) == variable.size else f"no source of {', '.join(open_)}"
-            if open_:
-                yield Problem(path, told, "a connection or a held value", "Connect it, or give it a value.")
+            undriven = [e for e in variable.elements if f"{unit}.{e}" not in driven]
+            missing = "no source" if len(undriven) == variable.size else f"no source of {', '.join(undriven)}"
+            if undriven:
+                yield Problem(path, missing, "a connection or a held value", "Connect it, or give it a value.")
 
 
 def _parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
@@ -167,12 +175,12 @@ def _parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
 
 def _is_clock(system: System, path: str, causality: str) -> bool:
     unit, _, name = path.partition(".")
-    found = [c for c in system.units[unit].interface.clocks if c.name == name] if unit in system.units else []
-    return bool(found) and (found[0].is_triggered_input if causality == "input" else found[0].causality == causality)
+    clocks = [c for c in system.units[unit].interface.clocks if c.name == name] if unit in system.units else []
+    return bool(clocks) and (clocks[0].is_triggered_input if causality == "input" else clocks[0].causality == causality)
 
 
 def _expand(system: System, key: str, value: str) -> Iterator[Connection | Problem]:
-    """The signals that a wire between two signals, or two buses, connects; clocks carry none."""
+    """The connections of signals that one entry of the wiring stands for; none for clocks, which carry no value."""
     if _is_clock(system, key, "input"):
         if not _is_clock(system, value, "output"):
             yield Problem(f"{value} -> {key}", f"`{value}`, which is no output clock", "an output clock")
@@ -191,16 +199,16 @@ def _expand(system: System, key: str, value: str) -> Iterator[Connection | Probl
         pairs = [(port, output)]
     else:
         pairs = [(name, output + name[len(port) :]) for name in names if name.startswith(port + ".")]
-    for name, wanted in pairs or [(port, output)]:
-        end, start = signal(name, inputs), signal(wanted, outputs)
+    for name, source_name in pairs or [(port, output)]:
+        end, start = signal(name, inputs), signal(source_name, outputs)
         if end is None:
             yield Problem(f"{unit}.{name}", "no such input", choices(names), did_you_mean(name, names))
         elif start is None:
             shown = [v.name for v in outputs]
-            yield Problem(f"{source}.{wanted}", "no such output", choices(shown), did_you_mean(wanted, shown))
+            yield Problem(f"{source}.{source_name}", "no such output", choices(shown), did_you_mean(source_name, shown))
         else:
-            made = Connection(unit, end[0].name, source, start[0].name, IDENTITY, end[1], start[1])
-            yield dataclasses.replace(made, conversion=_conversion(system, made))
+            connection = Connection(unit, end[0].name, source, start[0].name, IDENTITY, end[1], start[1])
+            yield dataclasses.replace(connection, conversion=_conversion(system, connection))
 
 
 def _ends(system: System, wire: Connection) -> tuple[Quantity, Quantity]:
@@ -211,12 +219,12 @@ def _ends(system: System, wire: Connection) -> tuple[Quantity, Quantity]:
 
 
 def _conversion(system: System, wire: Connection) -> Transformation:
-    """The change of unit, then what the system asks for; units that do not fit are told as a problem elsewhere."""
-    asked = system.transformations.get(wire.target, IDENTITY)
+    """The conversion of the unit of measurement, then the system's transformation; `_mismatch` reports misfits."""
+    transformation = system.transformations.get(wire.target, IDENTITY)
     if wire.target in system.unconverted:
-        return asked
-    unit = unit_conversion(*_ends(system, wire)) or IDENTITY
-    return asked.after(unit) if isinstance(asked, Linear) else asked
+        return transformation
+    conversion = unit_conversion(*_ends(system, wire)) or IDENTITY
+    return transformation.after(conversion) if isinstance(transformation, Linear) else transformation
 
 
 def _mismatch(system: System, wire: Connection) -> Iterator[Problem]:
