@@ -1,4 +1,4 @@
-"""The catalogue of blocks, and the FMUs that are built of them."""
+"""The blocks of the catalogue by name, and the FMUs that are built from them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from orchestrator.scenario.resolution import resolve
 
 
 def built_folder() -> Path:
-    """Where built FMUs are: in the checkout, or in the user's cache when macrostep is installed."""
+    """The folder of built FMUs: in the checkout, or in the user's cache when macrostep is installed."""
     package = Path(fmus.__file__).parent
     if (package.parent / "pyproject.toml").is_file():
         return package / "built"
@@ -30,15 +30,18 @@ def built_folder() -> Path:
 
 
 def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:
-    """A block of the catalogue, for a socket if one is named.
+    """Look a block up in the catalogue.
 
     Args:
-        name: Name of the block.
-        where: What asked for it, for the message.
-        socket: Name of the socket that the block has to fit.
+        name: The name of the block.
+        where: The place of the request, for messages.
+        socket: The name of the socket that the block has to fit; any socket if not given.
+
+    Returns:
+        The class of the block.
 
     Raises:
-        RequestError: When there is no such block, its extra is not installed, or it fits another socket.
+        RequestError: There is no such block, its extra is not installed, or it fits another socket.
     """
     fitting = [n for n, block in BLOCKS.items() if socket in (None, block.socket.name)]
     if name in EXTRAS and name not in BLOCKS:
@@ -52,10 +55,10 @@ def block_named(name: str, where: str, socket: str | None = None) -> type[Block[
 
 
 def default_values(block: type[Block[Any, Any, Any]]) -> dict[str, Any]:
-    """The numbers of a block's own parameter set: the start values of its FMU. Raises `RequestError`."""
-    found = resolve(block.name, block.parameters(), block_parameters(block.name))
-    raise_if_any(found.problems)
-    return found.values
+    """The values of a block's own parameter set, which are the start values of its FMU. Raises `RequestError`."""
+    resolved = resolve(block.name, block.parameters(), block_parameters(block.name))
+    raise_if_any(resolved.problems)
+    return resolved.values
 
 
 def ensure_built(
@@ -70,12 +73,16 @@ def ensure_built(
     Args:
         blocks: The blocks.
         versions: The versions of FMI.
-        folder: Where the FMUs are kept.
-        progress: Called with a line of text for each FMU that is built.
-        values: By name, the start values of blocks that have no parameter set.
+        folder: The folder of all FMUs.
+        progress: Receives a report on each FMU that is built.
+        values: The start values of blocks without a parameter set, by the name of the block.
 
     Returns:
-        The FMU file of each block, by name, and version.
+        The FMU file by the name of the block and the version of FMI.
+
+    Raises:
+        RequestError: A start value is wrong, the folder cannot be written to, or there is no compiler.
+        BuildError: The compiler fails.
     """
     starts = {b: default_values(b) if b.name in PARAMETERS else values.get(b.name, {}) for b in blocks}
     requests = [(block, version, starts[block]) for block in blocks for version in versions]
@@ -89,16 +96,20 @@ def build_models(requests: Sequence[str], versions: Sequence[Version], folder: P
     Args:
         requests: `FILE.mo`, or `FILE.mo:MODEL`.
         versions: The versions of FMI.
-        folder: Where the FMUs are kept.
-        progress: Called with a line of text for each file.
+        folder: The folder of all FMUs.
+        progress: Receives a report on each file.
+
+    Returns:
+        The files of the FMUs: for each request, one of each version.
 
     Raises:
-        RequestError: When a request does not name a Modelica file, or its model cannot become a block.
+        RequestError: A request does not name a Modelica file, or its model cannot become a block.
+        BuildError: The compiler fails.
     """
     valid = "a Modelica file: FILE.mo, or FILE.mo:MODEL"
     raise_if_any(Problem("macrostep build", f"`{r}`", valid) for r in requests if not is_modelica(r))
-    found: list[Path] = []
+    paths: list[Path] = []
     for request in requests:
         progress.now(f"building {request}")
-        found += [build_modelica(request, version, folder).path for version in versions]
-    return found
+        paths += [build_modelica(request, version, folder).path for version in versions]
+    return paths

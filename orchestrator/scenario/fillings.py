@@ -1,4 +1,4 @@
-"""What fills the sockets of a scenario: a block with its values, or an FMU, its mapping and the values it takes."""
+"""The fillings of a scenario's sockets: blocks with their values, or FMUs with their mappings and values."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu, UnitSource
 
 FOREIGN: Final = (".fmu", ".toml")
-"""How the name of an FMU, or of its mapping file, ends."""
+"""The suffixes of FMUs and of mapping files."""
 
 
 @dataclass(frozen=True)
 class Filled:
-    """What fills a socket: a block that is still to be made a source of, or the source of an FMU."""
+    """The filling of a socket with its values: a block that is not a source yet, or the source of an FMU."""
 
     resolution: Resolution
     block: type[Block[Any, Any, Any]] | None = None
@@ -42,34 +42,60 @@ class Filled:
 def filled_by_block(
     socket: str, filling: SocketFilling, block: type[Block[Any, Any, Any]], settings: Sequence[Setting]
 ) -> Filled:
-    """A block of the catalogue, with the values of its parameter set under those of the scenario."""
-    found = resolve(socket, block.parameters(), block_parameters(block.name), filling.parameters, settings)
-    return Filled(found, block, problems=found.problems)
+    """Fill a socket with a block of the catalogue.
+
+    Args:
+        socket: The name of the socket.
+        filling: The filling of the scenario, whose values replace those of the block's parameter set.
+        block: The block.
+        settings: The values that a person sets, which replace all others.
+    """
+    resolved = resolve(socket, block.parameters(), block_parameters(block.name), filling.parameters, settings)
+    return Filled(resolved, block, problems=resolved.problems)
 
 
 def filled_by_fmu(
     socket: str, filling: SocketFilling, mapping: MappingFile | None, settings: Sequence[Setting], *, lenient: bool
 ) -> Filled:
-    """An FMU, with its parameters in its own units of measurement, and how it fits the socket."""
+    """Fill a socket with an FMU, whose parameters are converted to its own units of measurement.
+
+    Args:
+        socket: The name of the socket.
+        filling: The filling of the scenario, which names the FMU.
+        mapping: The mapping of the FMU; without one, the names of its variables decide.
+        settings: The values that a person sets, which replace those of the filling.
+        lenient: Whether the file may be used although it breaks rules of FMI.
+
+    Raises:
+        RequestError: The FMU cannot be read; other problems are those of the result.
+    """
     path = Path(filling.fmu or "")
     fmu = Fmu(path, lenient=lenient)
     remarks = [f"{socket}: {path.name}: {remark}" for remark in fmu.archive.remarks]
-    # values in other units of measurement stay as they are: the resolution tells of them
+    # Values that cannot be converted stay as they are, so that the resolution reports them.
     given = filling.parameters | in_units_of(filling.parameters, fmu.interface)[0]
-    found = resolve(socket, fmu.interface.parameters, given=given, settings=settings)
-    fmu = fmu if found.problems else fmu.with_parameters(found.values)
+    resolved = resolve(socket, fmu.interface.parameters, given=given, settings=settings)
+    fmu = fmu if resolved.problems else fmu.with_parameters(resolved.values)
     source, misfits, decisions = fitted(socket, SOCKETS[socket], fmu, mapping)
-    return Filled(found, fmu=source, problems=[*found.problems, *misfits], remarks=[*remarks, *decisions])
+    return Filled(resolved, fmu=source, problems=[*resolved.problems, *misfits], remarks=[*remarks, *decisions])
 
 
 def wiring_of(units: Mapping[str, UnitSource]) -> dict[str, str]:
-    """How the sockets are connected, as their descriptions say; a bus that a unit does not read is left out."""
+    """The standard wiring of the sockets that units fill, without the buses that a unit does not read."""
     read = {f"{name}.{v.name.partition('.')[0]}" for name, source in units.items() for v in source.interface.inputs}
     return {bus: source for bus, source in standard_wiring(units).items() if bus in read}
 
 
 def located(filling: SocketFilling, request: str) -> SocketFilling:
-    """The filling with its files where they are: beside the scenario's file `request`, if they are there."""
+    """A filling whose files are found relative to the folder of the scenario file.
+
+    Args:
+        filling: The filling as the scenario has it.
+        request: The path of the scenario file, or the name of a scenario that comes with macrostep.
+
+    Returns:
+        The filling, in which each file that exists relative to that folder has its path there.
+    """
     given = {key: text for key in ("fmu", "mapping") if (text := getattr(filling, key)) is not None}
     beside = {key: Path(request).parent / text for key, text in given.items() if request.endswith(".toml")}
     return filling.model_copy(update={key: str(path) for key, path in beside.items() if path.is_file()})
@@ -78,7 +104,18 @@ def located(filling: SocketFilling, request: str) -> SocketFilling:
 def chosen_fmu(
     socket: str, filling: SocketFilling, request: str, remarks: list[str], *, lenient: bool = False
 ) -> SocketFilling:
-    """The FMU (or mapping file) `request` in place of `filling`, whose parameters go along where they fit."""
+    """Replace a filling by an FMU, which takes over the parameters that it has too.
+
+    Args:
+        socket: The name of the socket.
+        filling: The filling of the scenario.
+        request: The path of the FMU, or of the mapping file that names it.
+        remarks: Receives a remark on the parameters that are taken over, and on those that are not.
+        lenient: Whether the file may be used although it breaks rules of FMI.
+
+    Raises:
+        RequestError: The FMU or the mapping file cannot be read.
+    """
     chosen, _ = with_mapping(SocketFilling(fmu=request), socket)
     interface = Fmu(Path(chosen.fmu or ""), lenient=lenient).interface
     declared = {v.name for v in interface.parameters}
@@ -96,10 +133,21 @@ def chosen_fmu(
 
 
 def with_mapping(filling: SocketFilling, socket: str) -> tuple[SocketFilling, MappingFile | None]:
-    """A filling that is an FMU, with its mapping file read. Raises `RequestError`.
+    """Read the mapping file of a filling.
 
-    `filling.fmu` may name the mapping file itself, which then names the FMU; parameters that the scenario gives win
-    over those of the mapping file.
+    `filling.fmu` may name the mapping file itself, which then names the FMU. Parameters of the scenario replace those
+    of the mapping file.
+
+    Args:
+        filling: The filling.
+        socket: The name of the socket.
+
+    Returns:
+        The filling with the path of the FMU and the parameters of both, and the mapping; the filling as it is and
+        `None` where it has no mapping file.
+
+    Raises:
+        RequestError: The mapping file cannot be read, or no FMU is named.
     """
     request = filling.mapping
     if filling.fmu is not None and filling.fmu.endswith(".toml"):
@@ -116,22 +164,30 @@ def with_mapping(filling: SocketFilling, socket: str) -> tuple[SocketFilling, Ma
 
 
 def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str, Given], dict[str, str]]:
-    """Values in the units that an FMU declares for its parameters, and why others cannot be given to it.
+    """Convert values to the units of measurement that an FMU declares for its parameters.
 
-    A parameter without a unit takes the number as it is; a shorter array leaves the FMU's other elements as they are.
+    A parameter without a unit of measurement takes the number as it is. A shorter array leaves the other elements of
+    the FMU's array as they are.
+
+    Args:
+        given: The values by name; those that the FMU does not declare are left out.
+        theirs: The interface of the FMU.
+
+    Returns:
+        The converted values, and for each value that does not fit the reason, both by name.
     """
     declared = {v.name: v.quantity for v in theirs.parameters}
-    found: dict[str, Given] = {}
-    other: dict[str, str] = {}
+    converted: dict[str, Given] = {}
+    misfits: dict[str, str] = {}
     for name in (name for name in given if name in declared):
         q = declared[name]
         value = _converted(given[name], q)
         value = value and _lengthened(value, theirs.starts.get(name))
         if value is None or q.problems(name, value.value):
-            other[name] = f"{given[name].value} [{given[name].unit}] against {q.range}"
+            misfits[name] = f"{given[name].value} [{given[name].unit}] against {q.range}"
         else:
-            found[name] = value
-    return found, other
+            converted[name] = value
+    return converted, misfits
 
 
 def _lengthened(value: Given, start: Any) -> Given:
@@ -143,7 +199,7 @@ def _lengthened(value: Given, start: Any) -> Given:
 
 
 def _converted(value: Given, q: Quantity) -> Given | None:
-    """The value in the unit of `q`; None where it measures something else."""
+    """The value in the unit of measurement of `q`; `None` where it measures another quantity."""
     if value.unit == q.unit or not (q.unit and q.type.is_float):
         return value.model_copy(update={"unit": q.unit})
     relation = unit_conversion(Quantity(value.unit, ""), q)

@@ -1,4 +1,4 @@
-"""Units in processes of their own, as a person asks for them: `--isolate plant`, `--isolate plant:5`."""
+"""Units in processes of their own, as a person requests them: `--isolate plant`, `--isolate plant:5`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,21 @@ from orchestrator.system.source import UnitSource
 
 
 def isolated(units: Mapping[str, UnitSource], requests: Sequence[str]) -> dict[str, UnitSource]:
-    """The units, those that `requests` name in processes of their own. Raises `RequestError`.
+    """Give some units processes of their own.
 
-    `UNIT:SECONDS` also says how long one call may take. They are given before the system is made: some FMUs can be
-    used twice only like this.
+    This happens before the system is made, because some FMUs can fill two units of a system only in this way.
+
+    Args:
+        units: The sources of all units.
+        requests: The names of units, each optionally with the time [s] that one call may take: `UNIT:SECONDS`.
+
+    Returns:
+        The sources of all units.
+
+    Raises:
+        RequestError: A unit is unknown or is not an FMU, or a time is not positive.
     """
-    found = dict(units)
+    sources = dict(units)
     problems: list[Problem] = []
     for request in requests:
         name, _, seconds = request.partition(":")
@@ -27,15 +36,15 @@ def isolated(units: Mapping[str, UnitSource], requests: Sequence[str]) -> dict[s
         elif not patience > 0:
             problems.append(Problem(where, f"`{seconds}`", "a positive number of seconds"))
         elif (isolated_source := source.in_own_process(patience)) is not None:
-            found[name] = isolated_source
+            sources[name] = isolated_source
         else:
             problems.append(Problem(where, f"`{name}`, a block in this process", "an FMU", "Leave out --blocks."))
     raise_if_any(problems)
-    return found
+    return sources
 
 
 def _patience() -> float:
-    from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - only who asks for it needs it
+    from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - slow to import, and few runs need it
 
     return PATIENCE
 

@@ -1,4 +1,4 @@
-"""What a person changes of a scenario for one run, on the command line or from Python."""
+"""The changes that a person makes to a scenario for one run, on the command line or from Python."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ Mode = Literal["blocks"] | Version
 
 @dataclass(frozen=True)
 class Options:
-    """What a person changes of a scenario for one run."""
+    """The changes that a person makes to a scenario for one run."""
 
     mode: Mode = Version.FMI3
     replacements: Mapping[str, str] = field(default_factory=dict[str, str])
-    """By socket another unit: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)."""
+    """Another unit by socket: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)."""
     settings: Sequence[str] = ()
     """Parameter values, such as `controller.b_3=1e-2`."""
     step: float | None = None
@@ -32,6 +32,6 @@ class Options:
     solve_loops: bool = False
     """Whether algebraic loops are solved by iteration instead of being refused."""
     lenient: bool = False
-    """Whether files are used though they break rules of FMI or SSP."""
+    """Whether files may be used although they break rules of FMI or SSP."""
     isolate: Sequence[str] = ()
     """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""

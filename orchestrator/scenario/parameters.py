@@ -15,7 +15,7 @@ _FOLDERS: Final = (
     Path(__file__).parents[1] / "scenarios" / "parameters",
 )
 PARAMETERS: Final = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.toml")}
-"""Every parameter set by its name; they lie beside the blocks that they belong to."""
+"""The file of every parameter set, by the name of the set."""
 
 
 class _Set(BaseModel):
@@ -25,16 +25,23 @@ class _Set(BaseModel):
 
 
 def parameter_set(name: str) -> dict[str, Given]:
-    """A parameter file and all the files it uses; its own values win."""
+    """Read a parameter file and all files that it uses; its own values replace theirs.
+
+    Args:
+        name: The name of the parameter set, one of `PARAMETERS`.
+
+    Raises:
+        RequestError: A file cannot be read, or has wrong entries.
+    """
     path = PARAMETERS[name]
     content = read_toml(path)
-    found: dict[str, Given] = {}
+    values: dict[str, Given] = {}
     for used in content.pop("use", []):
-        found.update(parameter_set(used))
-    found.update(checked(_Set, {"values": content}, path.name).values)
-    return found
+        values.update(parameter_set(used))
+    values.update(checked(_Set, {"values": content}, path.name).values)
+    return values
 
 
 def block_parameters(name: str) -> dict[str, Given]:
-    """The parameter set of a block; a block that a program has added has none, and every value is a scenario's."""
+    """The parameter set of a block, by the block's name; empty for a block that was added by a program."""
     return parameter_set(name) if name in PARAMETERS else {}

@@ -1,4 +1,4 @@
-"""Preparing a scenario: from its file and a person's options to a checked system and its experiment."""
+"""The preparation of a scenario: from its file and a person's options to a checked system and its experiment."""
 
 from __future__ import annotations
 
@@ -45,14 +45,15 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
 
     Args:
         request: The name of a scenario that comes with macrostep, or the path of a `.toml` file.
-        options: What a person changes of it.
+        options: The changes that a person makes to it.
         progress: Receives reports on what is being built.
 
     Returns:
         The checked system with its experiment.
 
     Raises:
-        RequestError: With everything that is wrong.
+        RequestError: The scenario, the options or the files that they name are wrong.
+        BuildError: The C compiler fails.
     """
     name, content = read(request)
     settings = parse_settings(options.settings)
@@ -95,33 +96,33 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
 def _fillings(
     request: str, content: ScenarioFile, options: Options, progress: Progress
 ) -> tuple[dict[str, SocketFilling], dict[str, MappingFile | None], list[str]]:
-    """What fills each socket, as the scenario says and a person's options change it; mapping files, and remarks."""
+    """The filling of each socket after a person's changes, the mapping of each, and remarks."""
     fillings: dict[str, SocketFilling] = {}
     mappings: dict[str, MappingFile | None] = {}
     remarks: list[str] = []
     chosen = {socket: located(filling, request) for socket, filling in content.units.items()}
     for socket in SOCKETS:
-        filling, wanted = chosen.get(socket), options.replacements.get(socket)
-        if filling is None and wanted is None:
+        filling, replacement = chosen.get(socket), options.replacements.get(socket)
+        if filling is None and replacement is None:
             continue
         filling = filling or SocketFilling()
-        if wanted is not None:
-            wanted = _as_fmu(wanted, socket, options.mode, progress)
+        if replacement is not None:
+            replacement = _as_fmu(replacement, socket, options.mode, progress)
         elif filling.fmu is not None:
             filling = filling.model_copy(update={"fmu": _as_fmu(filling.fmu, socket, options.mode, progress)})
-        filling = _replaced(socket, filling, wanted, remarks, lenient=options.lenient)
+        filling = _replaced(socket, filling, replacement, remarks, lenient=options.lenient)
         fillings[socket], mappings[socket] = with_mapping(filling, socket)
     return fillings, mappings, remarks
 
 
 def _own_steps(fillings: Mapping[str, SocketFilling], h: float) -> dict[str, Fraction]:
     """The steps of units that have their own, as multiples of the macro step `h`. Raises `RequestError`."""
-    found: dict[str, Fraction] = {}
+    steps: dict[str, Fraction] = {}
     for socket, filling in fillings.items():
         if filling.step is not None:
             step = _seconds(f"{socket}.step", filling.step, "a positive number in `s`", above=0.0)
-            found[socket] = Fraction(step / h).limit_denominator(1_000_000)
-    return found
+            steps[socket] = Fraction(step / h).limit_denominator(1_000_000)
+    return steps
 
 
 def _seconds(where: str, given: Given, valid: str, above: float = -math.inf) -> float:
@@ -131,7 +132,7 @@ def _seconds(where: str, given: Given, valid: str, above: float = -math.inf) -> 
 
 
 def _as_fmu(request: str, socket: str, mode: Mode, progress: Progress) -> str:
-    """The FMU of a Modelica file, built now; any other request as it is."""
+    """The path of the FMU that is built from a Modelica file; any other request as it is."""
     if not is_modelica(request):
         return request
     progress.now(f"building {request}")
@@ -142,7 +143,7 @@ def _as_fmu(request: str, socket: str, mode: Mode, progress: Progress) -> str:
 def _replaced(
     socket: str, filling: SocketFilling, replacement: str | None, remarks: list[str], *, lenient: bool
 ) -> SocketFilling:
-    """The filling a person chose instead; parameters of the scenario go along where the new one has them."""
+    """The filling that a person chose instead, with the parameters of the scenario that the new one has too."""
     given = filling.given(socket)
     if replacement is None:
         return filling.model_copy(update={"parameters": given})
@@ -158,7 +159,7 @@ def _replaced(
 
 
 def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> dict[str, UnitSource]:
-    """The sources of all units; blocks that run as FMUs are built together, so that compilers work side by side."""
+    """The sources of all units; the FMUs of all blocks are built at once, so that compilers run in parallel."""
     files: dict[tuple[str, Version], Path] = {}
     if mode != "blocks":
         native = {one.block: one.resolution.values for one in filled.values() if one.block and one.block.native}
@@ -176,12 +177,12 @@ def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> di
 
 
 def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, dict[str, Mapping[str, Any]]]:
-    chosen: dict[str, float] = {}
-    told: dict[str, Mapping[str, Any]] = {}
+    seconds: dict[str, float] = {}
+    sources: dict[str, Mapping[str, Any]] = {}
     for name, override in (("step", options.step), ("stop_time", options.stop_time)):
         given: Given = getattr(content.experiment, name)
         if override is not None:
             given = Given(value=override, unit="s", source=f"--{name.replace('_', '-')}")
-        chosen[name] = _seconds(f"experiment.{name}", given, "a number in `s`")
-        told[f"experiment.{name}"] = given.model_dump()
-    return macro_step(chosen["step"]), chosen["stop_time"], told
+        seconds[name] = _seconds(f"experiment.{name}", given, "a number in `s`")
+        sources[f"experiment.{name}"] = given.model_dump()
+    return macro_step(seconds["step"]), seconds["stop_time"], sources

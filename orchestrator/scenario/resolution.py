@@ -1,4 +1,4 @@
-"""The resolution of values: which each declared parameter has, where it comes from, and what is wrong with it."""
+"""The resolution of parameters: the value of each one, its source, and the problems with it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from orchestrator.system.files import Given
 
 @dataclass(frozen=True)
 class Setting:
-    """A value given on the command line, in the parameter's own unit: ``--set UNIT.NAME[INDEX]=VALUE``."""
+    """A value from the command line, in the parameter's unit of measurement: ``--set UNIT.NAME[INDEX]=VALUE``."""
 
     unit: str
     name: str
@@ -23,14 +23,14 @@ class Setting:
 
 @dataclass
 class Resolution:
-    """The values of what is declared, by name, with their sources and all problems.
+    """The values of declared parameters, by name, with their sources and all problems.
 
-    A shorter array leaves the rest as it was. Defaults that are not declared belong to others and are passed over;
-    other unknown names are problems, as is whatever does not fit its quantity.
+    A shorter array replaces the first elements of a longer one. Defaults that are not declared belong to other blocks
+    and are ignored; all other unknown names are problems, and so are values that do not fit their quantity.
     """
 
     where: str
-    """The unit's name, with which full paths begin."""
+    """The name of the unit, with which full paths begin."""
     values: dict[str, Any] = field(default_factory=dict[str, Any])
     sources: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     """Value, unit of measurement and source of each value, by full path."""
@@ -51,39 +51,42 @@ def resolve(
     """Give the declared parameters their values: `settings` over `given` over `defaults`.
 
     Args:
-        where: The unit's name.
-        declared: The parameters there are.
-        defaults: Values of parameter files, by name; they may hold values for others too.
-        given: Values that a scenario or another file gives for just this unit.
-        settings: What the command line sets.
+        where: The name of the unit.
+        declared: The parameters of the unit.
+        defaults: Values of parameter files, by name; other blocks may have values in them too.
+        given: Values that a scenario or another file gives to this unit, by name.
+        settings: Values from the command line.
+
+    Returns:
+        The values with their sources, and the problems, which are not raised.
     """
     known = {v.name: v for v in declared}
-    found = Resolution(where)
+    result = Resolution(where)
     given = given or {}
     origins: dict[str, str] = {}
     for name, value in [*(defaults or {}).items(), *given.items()]:
         variable = known.get(name)
         origins[name] = value.source
         if variable is None:
-            found.problems += [_unknown(found.path(name), name, known)] if name in given else []
+            result.problems += [_unknown(result.path(name), name, known)] if name in given else []
         elif value.unit != variable.quantity.unit:
             valid = f"unit `{variable.quantity.unit}`"
-            found.problems.append(Problem(found.path(name), f"unit `{value.unit}`", valid))
+            result.problems.append(Problem(result.path(name), f"unit `{value.unit}`", valid))
         else:
-            found.values[name] = _overlaid(found.values.get(name), value.value)
+            result.values[name] = _overlaid(result.values.get(name), value.value)
     for setting in settings:
         origins[setting.name] = "--set"
         if setting.name not in known:
-            found.problems.append(_unknown(found.path(setting.name), setting.name, known))
+            result.problems.append(_unknown(result.path(setting.name), setting.name, known))
         elif setting.index is None:
-            found.values[setting.name] = _overlaid(found.values.get(setting.name), setting.value)
+            result.values[setting.name] = _overlaid(result.values.get(setting.name), setting.value)
         else:
-            found.problems += _set_element(found.path(setting.name), known[setting.name], found.values, setting)
-    for name, value in found.values.items():
+            result.problems += _set_element(result.path(setting.name), known[setting.name], result.values, setting)
+    for name, value in result.values.items():
         quantity = known[name].quantity
-        found.problems += quantity.problems(found.path(name), value)
-        found.sources[found.path(name)] = {"value": value, "unit": quantity.unit, "source": origins[name]}
-    return found
+        result.problems += quantity.problems(result.path(name), value)
+        result.sources[result.path(name)] = {"value": value, "unit": quantity.unit, "source": origins[name]}
+    return result
 
 
 def _unknown(path: str, name: str, known: Mapping[str, Variable]) -> Problem:
@@ -91,7 +94,7 @@ def _unknown(path: str, name: str, known: Mapping[str, Variable]) -> Problem:
 
 
 def _overlaid(before: Any, value: Any) -> Any:
-    """A list over the first elements of a longer one, or the value itself."""
+    """A list, completed with the remaining elements of a longer previous one; any other value as it is."""
     if not isinstance(value, list):
         return value
     return [*value, *before[len(value) :]] if isinstance(before, list) else value  # type: ignore[unknown]

@@ -1,4 +1,4 @@
-"""Scenario files: what fills each socket, the experiment, the scene and what is recorded, as they stand in TOML."""
+"""Scenario files: the fillings of the sockets, the experiment, the scene and the recorded signals, in TOML."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from orchestrator.scenario.parameters import PARAMETERS, parameter_set
 from orchestrator.system.files import Given, checked, read_toml
 
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
+"""The folder of the scenarios that come with macrostep."""
+
 _STRICT: Final = ConfigDict(extra="forbid", strict=True)
 
 
 class ExperimentTable(BaseModel):
-    """How long, in which steps, and by which algorithm."""
+    """The stop time, the macro step and the algorithm of an experiment."""
 
     model_config = _STRICT
 
@@ -30,34 +32,41 @@ class ExperimentTable(BaseModel):
 
 
 class SocketFilling(BaseModel):
-    """What fills a socket."""
+    """The filling of a socket: a block or an FMU, with its values."""
 
     model_config = _STRICT
 
     block: str | None = None
     fmu: str | None = None
     mapping: str | None = None
-    """A mapping file: how the FMU that it names, or `fmu`, stands for the socket."""
+    """The mapping file by which the FMU that it names, or `fmu`, fits the socket."""
     use: list[str] = []
-    """Parameter files whose values are taken before its own."""
+    """Parameter files, whose values `parameters` replaces."""
     step: Given | None = None
-    """The unit's own step, a multiple or a part of the macro step."""
+    """The unit's own step, a whole multiple or a whole part of the macro step."""
     parameters: dict[str, Given] = {}
 
     def given(self, where: str) -> dict[str, Given]:
-        """All values that the scenario gives; its own win. Raises `RequestError` for an unknown parameter file."""
-        found: dict[str, Given] = {}
+        """All values that the scenario gives.
+
+        Args:
+            where: The place of the filling, for messages.
+
+        Raises:
+            RequestError: A parameter file is unknown, or cannot be read.
+        """
+        values: dict[str, Given] = {}
         for name in self.use:
             known = sorted(PARAMETERS)
             if name not in known:
                 remedy = did_you_mean(name, known)
                 raise refuse(f"{where}.use", f"the unknown parameter file `{name}`", choices(known), remedy)
-            found.update(parameter_set(name))
-        return found | self.parameters
+            values.update(parameter_set(name))
+        return values | self.parameters
 
 
 class SceneOverrides(BaseModel):
-    """Values of the scene that differ from the parameter set `scene`."""
+    """The values of the scene that replace those of the parameter set `scene`."""
 
     model_config = _STRICT
 
@@ -66,27 +75,27 @@ class SceneOverrides(BaseModel):
 
 @dataclass(frozen=True)
 class ScenarioFile:
-    """A scenario as it stands in its file."""
+    """The content of a scenario file."""
 
     title: str
     description: str
     experiment: ExperimentTable
     units: Mapping[str, SocketFilling]
-    """What fills each socket, by the name of the socket."""
+    """The filling of each socket, by the name of the socket."""
     scene: SceneOverrides
     record: Mapping[str, int]
-    """Signals by pattern, and at every how many ticks they are recorded, 0 for never; the last that fits counts."""
+    """At every how many ticks the signals that match a pattern are recorded, 0 for never; the last match counts."""
 
 
 def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
     """Check the content of a scenario file, which has a table for each socket.
 
     Args:
-        content: What was read from the file.
-        where: What messages call the file.
+        content: The parsed file.
+        where: The name of the file, for messages.
 
     Raises:
-        RequestError: With everything that does not fit.
+        RequestError: Entries are missing, unknown or of another type; the error lists all of them.
     """
     entries: dict[str, Any] = {
         "title": (str, ...),
@@ -96,15 +105,15 @@ def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
         "scene": (SceneOverrides, SceneOverrides()),
         "record": (dict[str, Annotated[int, Field(ge=0)]], {}),
     }
-    # the sockets are data, so that the file's entries are known only when it is read
-    made = checked(create_model("ScenarioFile", __config__=_STRICT, **entries), content, where)
-    found = {name: getattr(made, name) for name in entries}
-    units = {name: filling for name in SOCKETS if (filling := found.pop(name)) is not None}
-    return ScenarioFile(**found, units=units)
+    # Sockets can be added at run time, so the entries of the file are not known before it is read.
+    model = checked(create_model("ScenarioFile", __config__=_STRICT, **entries), content, where)
+    tables = {name: getattr(model, name) for name in entries}
+    units = {name: filling for name in SOCKETS if (filling := tables.pop(name)) is not None}
+    return ScenarioFile(**tables, units=units)
 
 
 def names() -> list[str]:
-    """The scenarios that come with macrostep."""
+    """The names of the scenarios that come with macrostep."""
     return sorted(path.stem for path in SCENARIOS.glob("*.toml"))
 
 
@@ -115,10 +124,10 @@ def read(request: str) -> tuple[str, ScenarioFile]:
         request: The name of a scenario that comes with macrostep, or the path of a `.toml` file.
 
     Returns:
-        Its name and its content.
+        The name and the content of the scenario.
 
     Raises:
-        RequestError: When there is none, or it does not fit.
+        RequestError: There is no such scenario, or its file has wrong entries.
     """
     path = Path(request)
     if path.suffix != ".toml":

@@ -1,4 +1,4 @@
-"""What a person says on the command line about values and recording, as `--set` and `--record`."""
+"""The options `--set` and `--record` of the command line, read from their texts."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
     """Read `controller.b_3=1e-2` and the like.
 
     Args:
-        texts: What was given as `--set`.
-        any_unit: Whether a unit may have any name; otherwise it is a socket's, or `scene`.
+        texts: The values of the option `--set`.
+        any_unit: Whether units may have any name, not only that of a socket or `scene`.
 
     Returns:
         The settings by unit.
 
     Raises:
-        RequestError: With everything that has another form.
+        RequestError: A text has another form, or a unit is unknown; the error lists all of them.
     """
     known = () if any_unit else (*SOCKETS, "scene")
-    found: dict[str, list[Setting]] = {unit: [] for unit in known}
+    settings: dict[str, list[Setting]] = {unit: [] for unit in known}
     problems: list[Problem] = []
     for text in texts:
         match = _SETTING.fullmatch(text)
@@ -36,37 +36,47 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
             problems.append(
                 Problem(f"--set {text}", "text of another form", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
             )
-        elif not any_unit and match["unit"] not in found:
-            problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(found)))
+        elif not any_unit and match["unit"] not in settings:
+            problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(settings)))
         else:
             index = None if match["index"] is None else int(match["index"])
             setting = Setting(match["unit"], match["name"], index, _literal(match["value"]))
-            found.setdefault(match["unit"], []).append(setting)
+            settings.setdefault(match["unit"], []).append(setting)
     raise_if_any(problems)
-    return found
+    return settings
 
 
 _RECORD = "PATTERN or PATTERN:N, N a whole number of ticks"
 
 
 def parse_record(texts: Sequence[str]) -> dict[str, int]:
-    """`plant.*` for every tick, `controller.plan.*:10` for every tenth; later ones win. Raises `RequestError`."""
-    found: dict[str, int] = {}
+    """Read `plant.*` (every tick), `controller.plan.*:10` (every tenth tick) and the like.
+
+    Args:
+        texts: The values of the option `--record`.
+
+    Returns:
+        At every how many ticks the signals that match a pattern are recorded, by pattern.
+
+    Raises:
+        RequestError: A text has another form; the error lists all of them.
+    """
+    choice: dict[str, int] = {}
     problems: list[Problem] = []
     for text in texts:
         pattern, colon, every = text.rpartition(":")
         if not colon:
-            found[text] = 1
+            choice[text] = 1
         elif pattern and every.isdecimal():
-            found[pattern] = int(every)
+            choice[pattern] = int(every)
         else:
             problems.append(Problem(f"--record {text}", "text of another form", _RECORD, "Try plant.*:10."))
     raise_if_any(problems)
-    return found
+    return choice
 
 
 def _literal(text: str) -> Any:
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
-        return text  # the check of the parameter says what it should have been
+        return text  # The check of the parameter reports which values are valid.

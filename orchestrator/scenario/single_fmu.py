@@ -1,4 +1,4 @@
-"""A single FMU as a system: its inputs stay at their start values, or at those that a person sets."""
+"""A single FMU as a system: its inputs are held at their start values, or at values that a person sets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,16 @@ from orchestrator.system.system import System
 
 
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
-    """The FMU as the only unit of a system, named `fmu`, with the experiment it asks for. Raises `RequestError`."""
+    """Make an FMU the only unit of a system, named `fmu`, with the experiment that the FMU suggests.
+
+    Args:
+        path: The FMU.
+        settings: The values of parameters and inputs that a person sets, by unit.
+        options: The changes to the experiment, and how the FMU is run.
+
+    Raises:
+        RequestError: The FMU cannot be used, or a setting or an option is wrong.
+    """
     unit = "fmu"
     fmu = Fmu(path, lenient=options.lenient)
     archive, interface = fmu.archive, fmu.interface
@@ -30,29 +39,29 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
     mine = settings.get(unit, ())
     inputs = {v.name for v in interface.inputs}
-    found = resolve(unit, interface.parameters, settings=[s for s in mine if s.name not in inputs])
-    started = {
+    resolved = resolve(unit, interface.parameters, settings=[s for s in mine if s.name not in inputs])
+    start_values = {
         v.name: Given(value=_start(v, interface.starts), unit=v.quantity.unit, source="its start value")
         for v in interface.inputs
     }
-    held = resolve(unit, interface.inputs, given=started, settings=[s for s in mine if s.name in inputs])
-    raise_if_any([*found.problems, *held.problems])
+    held = resolve(unit, interface.inputs, given=start_values, settings=[s for s in mine if s.name in inputs])
+    raise_if_any([*resolved.problems, *held.problems])
     h, until, remarks = _experiment(archive, options)
     if held.values:
-        told = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
-        remarks.append(f"nothing drives the inputs {told}")
+        inputs_text = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
+        remarks.append(f"nothing drives the inputs {inputs_text}")
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=archive.title,
         system=System(
-            isolated({unit: fmu.with_parameters(found.values)}, options.isolate),
+            isolated({unit: fmu.with_parameters(resolved.values)}, options.isolate),
             {},
             {held.path(name): value for name, value in held.values.items()},
         ),
         scene=None,
         h=h,
         until=until,
-        sources=found.sources,
+        sources=resolved.sources,
         remarks=(*archive.remarks, *remarks),
     )
 
