@@ -1,4 +1,4 @@
-"""Sockets: what a unit must offer to stand in for another, whatever it is made of."""
+"""Sockets: the interface that a unit must have to take the place of another one, whatever it is made from."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class Reading(Enum):
 
     NOTHING = "nothing"
     SOMETHING = "something"
-    """At least one signal: without any the unit would be blind."""
+    """At least one signal: without one the unit could not react to the bus at all."""
     EVERYTHING = "everything"
     DESIRED = "desired"
-    """Nothing, but a unit that reads nothing is worth a remark."""
+    """Nothing, but a unit that reads nothing causes a remark."""
 
 
 class Position(Enum):
-    """What the positions on a bus may refer to in other tools: points of a vehicle, or ends of a box."""
+    """The kinds of reference points that positions on a bus may have in other tools: of a vehicle, or of a box."""
 
     VEHICLE = "vehicle"
     BOX = "box"
@@ -32,16 +32,16 @@ class Position(Enum):
 
 @dataclass(frozen=True)
 class BusTraits:
-    """What units of other makers may do differently with a bus, and what a socket makes of it when it is read."""
+    """The ways in which a bus of a foreign unit may differ from ours, and the role of the bus in its socket."""
 
     other_names: tuple[str, ...] = ()
-    """What structures of other makers are called that hold its signals, in lower case without separators."""
+    """Names of structures with its signals in foreign files, in lower case without separators."""
     position: Position | None = None
-    """What its positions may refer to; `None` where it has none."""
+    """The kind of reference point of its positions; `None` for a bus without positions."""
     partial: bool = False
-    """Whether its arrays have slots that may stay empty, so that shorter arrays fit too."""
+    """Whether its arrays have slots that may be empty, so that shorter arrays fit too."""
     numbered: tuple[str, str] | None = None
-    """A signal that is 1, 2, ... where it is missing, and the signal whose length says how many."""
+    """A signal that is set to 1, 2, ... where it is missing, and the signal whose length gives their number."""
     driven_by: str = ""
     """For an input bus: the output bus that drives it in a system of sockets, as `socket.bus`."""
     must_read: Reading = Reading.NOTHING
@@ -53,20 +53,20 @@ class Socket:
     """A role in a system: the buses that a unit in it reads, must offer and may offer, and how it acts in time.
 
     Args:
-        name: What the socket is called in scenarios, systems and commands.
+        name: The name of the socket in scenarios, systems and commands.
         inputs: Record type of each bus that the unit may read, by the name of the bus.
         outputs: Record type of each bus that the unit must show.
         optional: Record type of each bus that the unit may show.
-        traits: What else is known of its buses, by name; a bus without an entry has no special traits.
-        acts_through_step: Whether inputs act on outputs through the step only, as the state of a vehicle does: an FMU
-            that leaves its dependencies open is then taken to have no direct feedthrough.
+        traits: The traits of its buses, by name; a bus without an entry has none.
+        acts_through_step: Whether inputs act on outputs only through the step, as in a vehicle. An FMU that does not
+            declare its dependencies is then assumed to have no direct feedthrough.
         essential: Whether every scenario fills the socket.
-        other_names: What else structures of other makers are called that hold the signals of a unit in it.
-        substitute: What the command calls a different unit for the socket, such as `Other traffic`; `Another NAME` if
-            not given.
+        other_names: Other names that other makers give to structures with the signals of a unit in it.
+        substitute: The words of the command's help for another unit, such as `Other traffic`; `Another NAME` if not
+            given.
 
     Raises:
-        RequestError: When a bus is not a record.
+        RequestError: A bus is not a record.
     """
 
     name: str
@@ -80,30 +80,40 @@ class Socket:
     substitute: str = ""
 
     def bus(self, name: str) -> BusTraits:
-        """The traits of a bus by its name, or of the bus that a signal (`state.v_x`) belongs to."""
+        """The traits of a bus, given its name or that of one of its signals, such as `state.v_x`."""
         return self.traits.get(name.partition(".")[0], _NO_TRAITS)
 
     @property
     def wiring(self) -> dict[str, str]:
-        """What drives each input bus in a system of sockets: `socket.bus` by `socket.bus`."""
+        """The output bus that drives each input bus in a system of sockets, both as `socket.bus`."""
         return {f"{self.name}.{bus}": source for bus in self.inputs if (source := self.bus(bus).driven_by)}
 
     def required(self) -> list[Variable]:
-        """The output signals every unit in this socket has."""
+        """The output signals that every unit in this socket has."""
         return _signals(self.outputs)
 
     @property
     def buses(self) -> dict[str, type]:
-        """All buses by name, those that are read first."""
+        """The record types of all buses by name, input buses first."""
         return {**self.inputs, **self.outputs, **self.optional}
 
     def signals(self, role: str | None = None) -> list[Variable]:
-        """What a unit in this socket may read (`inputs`) or show (`outputs`), or all; open lengths are -1."""
+        """The signals that a unit in this socket may have; lengths that are open are `ANY_LENGTH`.
+
+        Args:
+            role: `inputs` for the signals that it reads, `outputs` for those that it shows; all if not given.
+        """
         read, shown = _signals(self.inputs), [*self.required(), *_signals(self.optional)]
         return {"inputs": read, "outputs": shown}.get(role or "", [*read, *shown])
 
     def problems(self, unit: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Problem]:
-        """What keeps a unit with these signals from fitting; inputs and outputs of its own are allowed for."""
+        """The reasons why a unit does not fit; it may have outputs of its own, but no inputs of its own.
+
+        Args:
+            unit: The name of the unit, for messages.
+            inputs: The inputs of the unit.
+            outputs: The outputs of the unit.
+        """
         return [
             *self._missing(unit, "output", self.required(), outputs),
             *self._wrong(unit, "input", [*_signals(self.inputs)], inputs, closed=True),
@@ -122,33 +132,34 @@ class Socket:
     ) -> Iterator[Problem]:
         declared = {v.name: v.quantity for v in known}
         for signal in offered:
-            wanted = declared.get(signal.name)
-            if wanted is None:
+            quantity = declared.get(signal.name)
+            if quantity is None:
                 if closed:
                     names = ", ".join(sorted(declared))
                     yield Problem(f"{unit}.{signal.name}", f"an {role} unknown to the socket `{self.name}`", names)
-            elif not _agrees(wanted, signal.quantity):
-                yield Problem(f"{unit}.{signal.name}", describe(signal.quantity), describe(wanted))
+            elif not _agrees(quantity, signal.quantity):
+                yield Problem(f"{unit}.{signal.name}", describe(signal.quantity), describe(quantity))
 
 
 _NO_TRAITS: Final = BusTraits()
 
 
 def _signals(buses: Mapping[str, type]) -> list[Variable]:
-    found: list[Variable] = []
+    signals: list[Variable] = []
     for name, kind in buses.items():
-        found.extend(variables(kind, _AnyLength(), prefix=f"{name}."))
-    return found
+        signals.extend(variables(kind, _AnyLength(), prefix=f"{name}."))
+    return signals
 
 
 class _AnyLength(dict[str, int]):
-    """A length that depends on the block (the horizon, say) is open in the socket."""
+    """Structural constants for a socket, where lengths that depend on the block, such as the horizon, are open."""
 
     def __missing__(self, key: str) -> int:
         return ANY_LENGTH
 
 
 ANY_LENGTH = -1
+"""The length of an array where any length fits."""
 
 
 def _agrees(wanted: Quantity, found: Quantity) -> bool:
@@ -159,7 +170,7 @@ def _agrees(wanted: Quantity, found: Quantity) -> bool:
 
 
 def describe(q: Quantity) -> str:
-    """Type, unit and shape of a quantity as text."""
+    """The type, the unit of measurement and the shape of a quantity, in words."""
     shape = "" if not q.shape else f" of shape ({', '.join('any' if n == ANY_LENGTH else str(n) for n in q.shape)})"
     unit = f" in `{q.unit}`" if q.unit else (" without a unit" if q.type.is_float else "")
     return f"{q.type}{unit}{shape}"

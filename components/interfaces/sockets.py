@@ -1,4 +1,4 @@
-"""The sockets of a system, and the records of their required buses; each socket is described here and nowhere else."""
+"""The sockets of a system, and records of their required buses; no other file describes a socket."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from components.interfaces.socket import BusTraits, Position, Reading, Socket
 
 @record
 class PlantInputs:
-    """What a plant reads."""
+    """The buses that a plant reads."""
 
     actuation: Actuation
 
 
 @record
 class PlantOutputs:
-    """What every plant shows."""
+    """The buses that every plant shows."""
 
     state: VehicleState
 
 
 @record
 class TrafficInputs:
-    """What traffic may react to."""
+    """The buses that traffic may react to."""
 
     ego: VehicleState
 
 
 @record
 class TrafficOutputs:
-    """What traffic shows."""
+    """The buses that traffic shows."""
 
     obstacles: ObstacleList
 
 
 @record
 class ControllerInputs:
-    """What a controller reads."""
+    """The buses that a controller reads."""
 
     ego: VehicleState
     obstacles: ObstacleList
@@ -50,7 +50,7 @@ class ControllerInputs:
 
 @record
 class ControllerOutputs:
-    """What every controller shows."""
+    """The buses that every controller shows."""
 
     actuation: Actuation
 
@@ -105,13 +105,13 @@ SOCKETS: Final[dict[str, Socket]] = {socket.name: socket for socket in (PLANT, T
 
 
 def add_socket(socket: Socket) -> None:
-    """Make another socket known: to scenarios, mapping files, checks and the command.
+    """Register another socket for scenarios, mapping files, checks and the command.
 
     Args:
         socket: The new socket; blocks that fill it are added to the catalogue of `components`.
 
     Raises:
-        RequestError: When another socket has this name already.
+        RequestError: Another socket has this name already.
     """
     if SOCKETS.setdefault(socket.name, socket) is not socket:
         raise refuse(f"socket `{socket.name}`", "a socket of this name", "a name that no other socket has")
@@ -128,13 +128,13 @@ def remove_socket(name: str) -> None:
 
 
 def standard_wiring(names: Iterable[str] | None = None) -> dict[str, str]:
-    """How units that fill sockets are connected when each has the name of its socket.
+    """The connections between units that fill sockets, where each unit has the name of its socket.
 
     Args:
         names: The sockets that are filled; all that are known if not given.
 
     Returns:
-        For each input bus the output bus that drives it, as `System.wiring` has them; buses whose driver is not among
+        The output bus that drives each input bus, in the form of `System.wiring`; input buses whose driver is not among
         the `names` are left out.
     """
     filled = [*(SOCKETS if names is None else names)]
