@@ -27,11 +27,11 @@ from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
 PREDICTION_STEPS = 20
-"""2 s at the sampling time."""
+"""Prediction steps, which cover 2 s at the sampling time."""
 
 _ITERATIONS = 6
 _CONVERGED = 1e-3
-"""A last iteration that lowers the cost by no larger share has converged."""
+"""Largest relative decrease of the cost in the last iteration at which a solve has converged."""
 
 _INPUTS = size(StageInput) * PREDICTION_STEPS
 _TARGETS = size(StageTarget) * (PREDICTION_STEPS + 1)

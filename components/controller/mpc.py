@@ -30,7 +30,7 @@ from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
 NEWTON_ITERATIONS = 10
-"""Per solve; most need four."""
+"""Iterations per solve; most solves need four."""
 
 
 @record

@@ -19,7 +19,7 @@ from components.interfaces.quantity import quantity
 from components.interfaces.sockets import CONTROLLER
 
 _KKT_CONVERGED = 1e-3
-"""These stop by measures of their own (change of the cost, a scaled residual) that leave more than `mpc` does."""
+"""These solvers stop by criteria of their own (cost change, scaled residual) and leave larger residuals than `mpc`."""
 
 
 @final

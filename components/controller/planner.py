@@ -145,7 +145,7 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     )
 
 
-def _may_leave(  # noqa: PLR0913 - the lanes, who is in them, and the manoeuvre
+def _may_leave(  # noqa: PLR0913 - the lanes, their traffic, and the manoeuvre
     lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, x_out: float, x_11: float, l_clear: float
 ) -> bool:
     """Whether both lanes are free for a change out that begins at `x_out` and a return that ends at `x_11`."""
@@ -180,7 +180,7 @@ def _in_lane(lanes: Lanes, y_obstacle: float, y: float) -> bool:
     return absolute(y_obstacle - y) < absolute(lanes.y_adjacent - lanes.y_lane) / 2
 
 
-def _is_free(  # noqa: PLR0913 - a lane, a stretch, and who is in it
+def _is_free(  # noqa: PLR0913 - a lane, a stretch of it, and its traffic
     lanes: Lanes, ego: VehicleState, obstacles: ObstacleList, y: float, x_from: float, x_to: float, l_clear: float
 ) -> bool:
     """Whether the lane at `y` is free while the ego drives from `x_from` to `x_to`."""
@@ -244,9 +244,9 @@ def _blockade(
         corner_y = where(nearer, obstacles.y[i] + side * (obstacles.width[i] / 2 + lanes.l_gap), corner_y)
 
     x_task = lanes.x_task - lanes.l_before - lanes.l_change, lanes.x_task + lanes.l_after
-    asked = both(x_task[1] > ego.x, x_task[0] < ego.x + lanes.l_sight)
-    reached.append((asked, *x_task))
-    nearer = both(asked, x_task[0] < first)
+    requested = both(x_task[1] > ego.x, x_task[0] < ego.x + lanes.l_sight)
+    reached.append((requested, *x_task))
+    nearer = both(requested, x_task[0] < first)
     first = where(nearer, x_task[0], first)
     corner_x, corner_y = where(nearer, lanes.x_task, corner_x), where(nearer, lanes.y_lane, corner_y)
 

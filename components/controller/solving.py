@@ -1,4 +1,4 @@
-"""What the predictive controllers share: where a solve starts, what is made of its end, and what they show of it."""
+"""What the predictive controllers share: the start of a solve, the acceptance of its result, and the outputs."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def accepted(found: Solution, guess: Array, tolerance: float) -> tuple[Array, So
     """The decision to apply, and how the solve ended.
 
     Args:
-        found: The end of the solve.
+        found: The result of the solve.
         guess: The decision that is applied where the solve gave no numbers.
         tolerance: The residual up to which the solve has converged.
     """

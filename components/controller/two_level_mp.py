@@ -22,10 +22,10 @@ from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
 _ITERATIONS = 20
-"""Per solve; most need five."""
+"""Iterations per solve; most solves need five."""
 
 _LARGEST = 1e9
-"""A state with a number beyond this is lost."""
+"""A new state with a larger number has diverged, and the previous one is kept."""
 
 _SLOWEST = 1.0
 """[m/s] Below this the curvature of the plan is taken as at this speed."""

@@ -1,1 +1,1 @@
-"""The contract: quantities, records, blocks and the three sockets. It knows nothing of FMI, files or Rerun."""
+"""The contract: quantities, records, blocks and sockets, independent of FMI, files and Rerun."""

@@ -26,7 +26,7 @@ B = TypeVar("B", bound="type[Block[Any, Any, Any]]")
 
 @record
 class NoState:
-    """The state of a block that remembers nothing."""
+    """The state of a block without memory."""
 
 
 class Block(ABC, Generic[U, X, Y]):
@@ -42,6 +42,7 @@ class Block(ABC, Generic[U, X, Y]):
     name: ClassVar[str]
     """The class's name in lower case with underscores, unless the class itself gives another."""
     summary: ClassVar[str]
+    """The first line of the class's docstring, without its full stop."""
     socket: ClassVar[Socket]
     input_type: ClassVar[type]
     state_type: ClassVar[type]
@@ -134,25 +135,31 @@ class Sampled(Block[U, X, Y]):
     frozen_default=True, kw_only_default=True, field_specifiers=(quantity, integer, boolean, enumeration)
 )
 def block(socket: Socket) -> Callable[[B], B]:
-    """Make a class a block that fits `socket`; declarations are checked here, values at construction.
+    """Make a class a block; its declarations are checked here, the values of its parameters at construction.
+
+    Args:
+        socket: The socket that the block has to fit.
+
+    Returns:
+        The decorator of the class.
 
     Raises:
-        RequestError: For a parameter without a quantity, or for buses that do not fit the socket.
+        RequestError: A parameter has no quantity, or the buses do not fit the socket.
     """
 
     def declare(cls: B) -> B:
-        made: Any = dataclass(frozen=True, kw_only=True, eq=False)(cls)
-        made.name = vars(cls).get("name") or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        made.summary = (cls.__doc__ or "").strip().split("\n")[0].rstrip(".")
-        made.socket = socket
-        made.input_type, made.state_type, made.output_type = _signature(cls)
-        for item in dataclasses.fields(made):
+        decorated: Any = dataclass(frozen=True, kw_only=True, eq=False)(cls)
+        decorated.name = vars(cls).get("name") or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        decorated.summary = (cls.__doc__ or "").strip().split("\n")[0].rstrip(".")
+        decorated.socket = socket
+        decorated.input_type, decorated.state_type, decorated.output_type = _signature(cls)
+        for item in dataclasses.fields(decorated):
             if not isinstance(item.metadata.get("quantity"), Quantity):
                 raise refuse(
                     f"{cls.__name__}.{item.name}", "a parameter without a quantity", "quantity(unit, description)"
                 )
-        raise_if_any(socket.problems(made.name, made.inputs(), made.outputs()))
-        return made
+        raise_if_any(socket.problems(decorated.name, decorated.inputs(), decorated.outputs()))
+        return decorated
 
     return declare
 

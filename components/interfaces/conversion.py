@@ -50,13 +50,13 @@ IDENTITY = Linear()
 
 
 def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
-    """From the unit of measurement of `found` to that of `wanted`.
+    """The conversion from the unit of measurement of `found` to that of `wanted`.
 
     A unit that is not declared fits any other, and numbers pass unchanged. Two unknown units fit when they are spelled
     alike.
 
     Returns:
-        None where the two do not measure the same.
+        The conversion; `None` where the two units measure different quantities.
     """
     if found.unit == wanted.unit and (found.base or wanted.base) is None:
         return IDENTITY

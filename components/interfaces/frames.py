@@ -15,8 +15,8 @@ def to_road(psi: float, forward: float, left: float) -> tuple[float, float]:
 
 def corners(x: float, y: float, psi: float, length: float, width: float) -> list[tuple[float, float]]:
     """The corners of a box around its centre in the road frame: front left, then counter-clockwise."""
-    found: list[tuple[float, float]] = []
+    points: list[tuple[float, float]] = []
     for forward, left in ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)):
         dx, dy = to_road(psi, forward * length, left * width)
-        found.append((x + dx, y + dy))
-    return found
+        points.append((x + dx, y + dy))
+    return points

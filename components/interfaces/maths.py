@@ -49,12 +49,12 @@ where: Callable[[Any, Any, Any], Any] = _either(ca.if_else, lambda c, a, b: np.w
 
 
 def absolute(value: float) -> float:
-    """|value|."""
+    """The absolute value."""
     return ca.fabs(value) if is_symbolic(value) else np.abs(value)
 
 
 def sign(value: float) -> float:
-    """-1, 0 or 1."""
+    """The sign of a value: -1, 0 or 1."""
     return ca.sign(value) if is_symbolic(value) else np.sign(value)
 
 
@@ -73,18 +73,18 @@ def is_number(*values: float, limit: float = 1e300) -> bool:
 
 def largest(values: Sequence[float]) -> float:
     """The largest of several values."""
-    found = values[0]
+    result = values[0]
     for value in values[1:]:
-        found = fmax(found, value)
-    return found
+        result = fmax(result, value)
+    return result
 
 
 def smallest(values: Sequence[float]) -> float:
     """The smallest of several values."""
-    found = values[0]
+    result = values[0]
     for value in values[1:]:
-        found = fmin(found, value)
-    return found
+        result = fmin(result, value)
+    return result
 
 
 def _column(expression: Any) -> Array:

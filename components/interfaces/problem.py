@@ -9,7 +9,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong, in the four parts that a person needs to correct it."""
+    """One thing that is wrong, in the four parts that a person needs to correct it.
+
+    Args:
+        where: The place of the problem, such as the path of a parameter.
+        found: What was found there.
+        valid: What would be valid there.
+        remedy: A sentence on what to do, if there is one to give.
+    """
 
     where: str
     found: str
@@ -22,7 +29,11 @@ class Problem:
 
 
 class RequestError(ValueError):
-    """A request that cannot be carried out, with all its problems at once."""
+    """A request that cannot be carried out.
+
+    Args:
+        problems: All problems of the request; the message has a line for each.
+    """
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(problems)
@@ -30,7 +41,7 @@ class RequestError(ValueError):
 
 
 def refuse(where: str, found: str, valid: str, remedy: str = "") -> RequestError:
-    """The error for a single problem."""
+    """The error for a single problem, with the four parts that `Problem` has."""
     return RequestError([Problem(where, found, valid, remedy)])
 
 
@@ -38,7 +49,7 @@ def raise_if_any(problems: Iterable[Problem]) -> None:
     """Report all problems at once; do nothing when there are none.
 
     Raises:
-        RequestError: With every one of `problems`.
+        RequestError: There are problems; the error has all of them.
     """
     if gathered := tuple(problems):
         raise RequestError(gathered)

@@ -1,4 +1,4 @@
-"""Quantities: what a field of a record means, in which unit of measurement, type, shape and range."""
+"""Quantities: the meaning, unit of measurement, type, shape and range of a field of a record."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ DTYPES: Final[dict[Type, type[np.generic]]] = {
 
 
 def zeros(kind: Type, shape: int | tuple[int, ...]) -> np.ndarray[Any, Any]:
-    """Memory for values of a type: zeros, false, empty texts."""
+    """A new array for values of a type, filled with zeros, false or empty texts."""
     return np.full(shape, {Type.STRING: "", Type.BINARY: b""}.get(kind, 0), dtype=DTYPES[kind])
 
 
@@ -87,7 +87,7 @@ class Quantity:
 
     @property
     def base_unit(self) -> BaseUnit | None:
-        """What the unit of measurement means: as its file defines it, else as it is commonly understood, else None."""
+        """The unit of measurement in SI base units, by the definition of its file if it has one; `None` if unknown."""
         return self.base or base_unit(self.unit)
 
     @property
@@ -102,18 +102,23 @@ class Quantity:
         )
 
     def problems(self, where: str, value: object) -> list[Problem]:
-        """What is wrong with `value` as a value of this quantity (type, shape, finiteness, range)."""
+        """Check a value of this quantity: its type, shape, finiteness and range.
+
+        Args:
+            where: The place of the value, for messages.
+            value: A number, a text, or an array of the quantity's shape.
+        """
         if not self.type.is_number:
             return self._text_problems(where, value)
         try:
-            found = np.asarray(value)
+            array = np.asarray(value)
         except ValueError:  # rows of different lengths
             return [Problem(where, f"`{value}` (not an array)", self.range)]
-        if found.dtype.kind not in _KINDS.get(self.type, "iu"):
-            return [Problem(where, f"`{value}` ({_kind(found)})", self.range)]
-        if found.shape != self.shape:
-            return [Problem(where, f"shape {found.shape}", f"shape {self.shape}")]
-        numbers = found.astype(float)
+        if array.dtype.kind not in _KINDS.get(self.type, "iu"):
+            return [Problem(where, f"`{value}` ({_kind(array)})", self.range)]
+        if array.shape != self.shape:
+            return [Problem(where, f"shape {array.shape}", f"shape {self.shape}")]
+        numbers = array.astype(float)
         wrong = ~np.isfinite(numbers)
         low, high = self.bounds
         if low is not None:
@@ -123,7 +128,7 @@ class Quantity:
         if self.enumeration is not None:
             wrong |= ~np.isin(numbers, [item.value for item in self.enumeration])
         if wrong.any():
-            return [Problem(where, f"{found[wrong].tolist()[0] if found.shape else value}", self.range)]
+            return [Problem(where, f"{array[wrong].tolist()[0] if array.shape else value}", self.range)]
         return []
 
     @property
@@ -136,10 +141,10 @@ class Quantity:
 
     def _text_problems(self, where: str, value: object) -> list[Problem]:
         kind = str if self.type is Type.STRING else bytes
-        found = np.asarray(value, dtype=object)
-        if found.shape != self.shape:
-            return [Problem(where, f"shape {found.shape}", f"shape {self.shape}")]
-        wrong = [item for item in found.ravel().tolist() if not isinstance(item, kind)]
+        array = np.asarray(value, dtype=object)
+        if array.shape != self.shape:
+            return [Problem(where, f"shape {array.shape}", f"shape {self.shape}")]
+        wrong = [item for item in array.ravel().tolist() if not isinstance(item, kind)]
         return [Problem(where, f"`{wrong[0]}`", self.range)] if wrong else []
 
 
@@ -168,7 +173,7 @@ def quantity(
     min: float | None = None,  # noqa: A002 - the FMI attribute's name
     max: float | None = None,  # noqa: A002
 ) -> Any:
-    """A Float64 field of a record, without a default: whoever makes the record gives every value.
+    """A Float64 field of a record, without a default, so that every value has to be given.
 
     Args:
         unit: Unit of measurement, one of `UNITS_OF_MEASUREMENT`.

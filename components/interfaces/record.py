@@ -50,26 +50,26 @@ def record(cls: type[R]) -> type[R]:
     """Make `cls` a closed, immutable record: every field is a quantity or another record.
 
     Raises:
-        RequestError: When a field is neither.
+        RequestError: A field is neither.
     """
-    made = dataclass(frozen=True, kw_only=True, eq=False)(cls)
-    for name, kind in _fields(made):
+    decorated = dataclass(frozen=True, kw_only=True, eq=False)(cls)
+    for name, kind in _fields(decorated):
         if kind is None:
             raise refuse(
                 f"{cls.__name__}.{name}", "a field without a quantity", "a field made by quantity(...) or a record"
             )
-    return made
+    return decorated
 
 
 @cache
 def _fields(cls: type) -> tuple[tuple[str, Quantity | type | None], ...]:
     hints = get_type_hints(cls)
-    found: list[tuple[str, Any]] = []
+    fields: list[tuple[str, Any]] = []
     for item in dataclasses.fields(cls):
         nested: Any = hints[item.name]
         declared: Quantity | None = item.metadata.get("quantity")
-        found.append((item.name, declared or (nested if dataclasses.is_dataclass(nested) else None)))
-    return tuple(found)
+        fields.append((item.name, declared or (nested if dataclasses.is_dataclass(nested) else None)))
+    return tuple(fields)
 
 
 def groups(cls: type) -> dict[str, type]:
@@ -83,7 +83,7 @@ def variables(cls: type, dimensions: Mapping[str, int] | None = None, prefix: st
     Args:
         cls: The type of the record.
         dimensions: The structural constants that give named array lengths.
-        prefix: What stands before each dotted name.
+        prefix: The beginning of each dotted name.
     """
     return tuple(_variables(cls, {} if dimensions is None else dimensions, prefix))
 
@@ -104,14 +104,14 @@ def size(cls: type, dimensions: Mapping[str, int] | None = None) -> int:
 
 def leaves(value: object) -> list[Any]:
     """The values of a record, in the order of `variables`."""
-    found: list[Any] = []
+    values: list[Any] = []
     for name, kind in _fields(type(value)):
         item = getattr(value, name)
         if isinstance(kind, Quantity):
-            found.append(item)
+            values.append(item)
         else:
-            found.extend(leaves(item))
-    return found
+            values.extend(leaves(item))
+    return values
 
 
 def pack(value: object) -> Array:
@@ -121,8 +121,8 @@ def pack(value: object) -> Array:
 
 def unpack(cls: type[R], column: Array, dimensions: Mapping[str, int] | None = None) -> R:
     """The record of type `cls` whose `pack` is `column`; the inverse of `pack`."""
-    made, _ = _unpack(cls, column, {} if dimensions is None else dimensions, 0)
-    return made
+    unpacked, _ = _unpack(cls, column, {} if dimensions is None else dimensions, 0)
+    return unpacked
 
 
 def _unpack(cls: type[R], column: Array, dimensions: Mapping[str, int], at: int) -> tuple[R, int]:

@@ -48,8 +48,9 @@ def staged(function: Callable[..., _Y], returns: type[_Y], dimensions: dict[str,
     if not any(isinstance(leaf, ca.MX) for leaf in flat):
         return function(*arguments)
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
-    made = ca.cse(ca.SX(column_of(function(*records))))  # loops in the equations give equal expressions many times
-    body = ca.Function(function.__name__.strip("_"), list(columns), [made])
+    # Loops in the equations give equal expressions many times.
+    expressions = ca.cse(ca.SX(column_of(function(*records))))
+    body = ca.Function(function.__name__.strip("_"), list(columns), [expressions])
     column: Any = body(*(pack(a) for a in arguments))
     return unpack(returns, column, dimensions)
 

@@ -29,10 +29,10 @@ class BaseUnit:
 
 @dataclass(frozen=True)
 class UnitOfMeasurement:
-    """What our own signals and parameters are measured in."""
+    """A unit of measurement of our own signals and parameters."""
 
     quantity: str
-    """What it measures, as the name of an FMI type."""
+    """The measured quantity, as the name of an FMI type."""
     base: BaseUnit
 
 
@@ -74,7 +74,7 @@ UNITS_OF_MEASUREMENT: Final = MappingProxyType(
 
 @cache
 def base_unit(unit: str) -> BaseUnit | None:
-    """What a unit of measurement means; None for an unknown one.
+    """A unit of measurement in SI base units; `None` for an unknown one.
 
     Units that no FMU or SSP defines are read by pint (`km/h`, `deg/s`, `rpm`), with the radian as a base unit.
     """

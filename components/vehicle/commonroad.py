@@ -6,7 +6,7 @@ Their inputs are the velocity v_delta of the steering angle, which their own lim
 longitudinal acceleration a. A first-order servo gives the first from our steering angle; the drive force of two rear
 wheels gives the second, with the mass and the wheel radius of the parameter set.
 
-The models do not hold below standstill: a vehicle that brakes stops at v = 0, and stays until it is driven again.
+The models are not valid for v < 0: a vehicle that brakes stops at v = 0 and stands until it is driven again.
 """
 # pyright: basic
 # The package carries no types; everything that leaves this file is annotated.
@@ -33,7 +33,7 @@ from components.interfaces.sockets import PlantInputs
 
 _X = TypeVar("_X")
 RELATIVE, ABSOLUTE = 1e-6, 1e-6
-"""Tolerances of the integration; with much finer ones it takes tiny steps where the equations jump, at `KINEMATIC`."""
+"""Tolerances of the integration; much finer ones cause tiny steps at the discontinuity at `KINEMATIC`."""
 MOST_CALLS = 20000
 """Evaluations after which a step ends as not a number; hard braking to a stop takes 2000."""
 KINEMATIC = 0.1
@@ -42,7 +42,7 @@ models, because the package lets the brakes lock them and the engine spin them u
 
 
 def installed() -> bool:
-    """Whether the package is there."""
+    """Whether the package commonroad-vehicle-models is installed."""
     return find_spec("vehiclemodels") is not None
 
 
@@ -66,18 +66,18 @@ class Dynamics:
     """``slope(x, [v_delta, a], parameters) -> dx/dt``"""
     speed: str
     moving: tuple[str, ...]
-    """What is zero at standstill, beside the speed."""
+    """The variables that are zero at standstill, in addition to the speed."""
     wheels: tuple[str, ...] = ()
     """Wheel speeds, which do not become negative."""
     steering: str = "delta"
 
     @cached_property
     def places(self) -> dict[str, int]:
-        """Where each variable stands in the column of the state."""
+        """The index of each variable in the column of the state."""
         return {v.name: i for i, v in enumerate(variables(self.state))}
 
     def at(self, *names: str) -> list[int]:
-        """Where these variables stand in the column of the state."""
+        """The indices of these variables in the column of the state."""
         return [self.places[name] for name in names]
 
 
@@ -205,10 +205,10 @@ def _integrated(  # noqa: PLR0913 - what a span of the motion depends on
     calls = count(1)
 
     def slope(_: float, x: Array) -> Array:
-        found = _rate(model, x, u, p, held=held)
-        if not np.isfinite(found).all() or next(calls) > MOST_CALLS:
+        rate = _rate(model, x, u, p, held=held)
+        if not np.isfinite(rate).all() or next(calls) > MOST_CALLS:
             raise ArithmeticError
-        return found
+        return rate
 
     def speed(_: float, x: Array) -> float:
         return x[model.places[model.speed]]

@@ -1,4 +1,4 @@
-"""Problems whose only constraints are bounds: what they offer to an algorithm, and what an algorithm gives back.
+"""Problems whose only constraints are bounds: the interface for algorithms, and the form of a solution.
 
 The residual of the optimality (KKT) conditions is the largest element of |z - P(z - g)|, with the gradient g of the
 cost and the projection P on the bounds. It is evaluated here for every algorithm, so that their solutions compare.
@@ -26,7 +26,7 @@ class BoundedProblem(Protocol):
     """A record of data with a smooth cost of a decision z, of shape (n,), and bounds on z."""
 
     def cost(self, z: Array) -> float:
-        """What z costs."""
+        """The cost of the decision z."""
         ...
 
     def bounds(self) -> tuple[Array, Array]:
@@ -36,7 +36,7 @@ class BoundedProblem(Protocol):
 
 @dataclass(frozen=True)
 class Solution:
-    """The end of a search, whichever algorithm it was."""
+    """The result of a search, by whichever algorithm."""
 
     z: Array
     """Decision, of shape (n,)."""

@@ -72,7 +72,7 @@ def sqp(problem: _NumericProblem, z_start: Array, data: Array, tolerance: float)
         return float(value), np.array(slope).ravel()
 
     lower, upper = (np.array(b).ravel() for b in problem.bounds(data))
-    found = minimize(
+    result = minimize(
         value_and_slope,
         np.clip(z_start, lower, upper),
         jac=True,
@@ -80,13 +80,13 @@ def sqp(problem: _NumericProblem, z_start: Array, data: Array, tolerance: float)
         bounds=list(zip(lower, upper, strict=True)),
         options={"ftol": tolerance, "maxiter": SQP_ITERATIONS},
     )
-    return np.asarray(found.x), int(found.nit)
+    return np.asarray(result.x), int(result.nit)
 
 
 def _searched(
     problem: _NumericProblem, search: Search, z_start: Array, data: Array, tolerance: Array
 ) -> tuple[Array, int]:
-    """A search from plain numbers; from values that are not finite there is none, and NaN is the answer."""
+    """The result of a search, in plain numbers; NaN, without a search, where a given value is not finite."""
     if not (np.isfinite(z_start).all() and np.isfinite(data).all()):
         return np.full(z_start.size, np.nan), 0
     return search(problem, z_start, data, float(tolerance[0]))
@@ -110,7 +110,7 @@ def minimise(
         problem: A record of numbers or of graph symbols.
         dimensions: The structural constants that give the lengths of its arrays.
         z_start: Where the search begins, of shape (n,).
-        tolerance: What the search stops at, in its own terms.
+        tolerance: The tolerance at which the search stops, by its own criterion.
 
     Returns:
         The solution, in numbers or graph symbols as the problem is; NaN where a value given was not finite.

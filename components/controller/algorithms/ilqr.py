@@ -53,7 +53,7 @@ class Stages:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a search found; columns hold one record below the other, step by step."""
+    """The result of a search; columns hold one record below the other, step by step."""
 
     u: Any
     """Inputs, of shape (n_u N,)."""

@@ -25,10 +25,10 @@ import numpy as np
 from components.interfaces.maths import Array, is_symbolic, joined
 
 DOUBLINGS = 16
-"""65536 iterations of the Riccati equation, enough for any time constant far below 65536 T_s."""
+"""The number of doublings: 65536 Riccati iterations, enough for any time constant far below 65536 T_s."""
 SQUARINGS = 6
 TERMS = 10
-"""Of the series of the exponential, at T_s / 64."""
+"""The number of terms of the exponential series, which is summed at T_s / 64."""
 
 
 def gain(rows: list[Array], b: Array, q: Array, r: float, T_s: float) -> Array:
