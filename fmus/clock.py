@@ -19,11 +19,11 @@ class Clock:
     interval_variability: str
     """`constant`, `fixed`, `tunable`, `changing`, `countdown` or `triggered`."""
     reference: int
-    """Value reference."""
+    """The value reference."""
     interval: float | None = None
-    """[s] if the description gives it."""
+    """[s] The interval; `None` where the description gives none."""
     shift: float = 0.0
-    """[s] delay of the first tick."""
+    """[s] The delay of the first tick."""
 
     @property
     def is_time_based(self) -> bool:

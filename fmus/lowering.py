@@ -29,7 +29,7 @@ class LoweredBlock:
     """`step(x, u, p, h) -> x`, or for a sampled block `step(x, u, p, h) -> (x, y)`."""
     sampled: bool
     feedthrough: NDArray[np.bool_]
-    """(outputs, inputs), element by element: whether an input reaches an output without delay."""
+    """Whether an input reaches an output without delay, element by element, of shape (outputs, inputs)."""
 
 
 @cache

@@ -18,16 +18,16 @@ class Interface:
     """What is known of a unit before it runs."""
 
     kind: str
-    """Name of the block, or of the model in an FMU."""
+    """The name of the block, or of the model in an FMU."""
     inputs: tuple[Variable, ...]
     outputs: tuple[Variable, ...]
     parameters: tuple[Variable, ...]
     feedthrough: NDArray[np.bool_]
-    """(outputs, inputs), variable by variable: whether an input reaches an output without a delay."""
+    """Whether an input reaches an output without delay, variable by variable, of shape (outputs, inputs)."""
     output_after_set: bool
     """Whether outputs follow the inputs at one communication point; if not, they change with a step only."""
     starts: Mapping[str, Any]
-    """Start values that the unit brings along, by name of a parameter or an input."""
+    """The start values of the unit itself, by the name of a parameter or an input."""
     event_mode: bool = False
     """Whether the unit has the capability `events`: FMI 3.0 Event Mode."""
     rolls_back: bool = False
@@ -35,7 +35,7 @@ class Interface:
     clocks: tuple[Clock, ...] = ()
     """The clocks of FMI 3.0, in the order of the file."""
     aliases: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Other names of inputs, outputs and parameters, each with the name that it stands for."""
+    """Aliases of inputs, outputs and parameters, each with the name of its variable."""
     initials: tuple[Variable, ...] = ()
     """Outputs and local variables whose start value may be set like that of a parameter."""
     undeclared: frozenset[str] = frozenset()

@@ -112,7 +112,7 @@ def request_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]
 
 
 def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:
-    """What is wrong with the start values given for a block's parameters."""
+    """The problems of the start values that are given to a block's parameters."""
     declared = {v.name: v.quantity for v in block.parameters()}
     problems = [
         Problem(f"{block.name}.{name}", "no value", q.range, "Parameters have no default: give it a start value.")

@@ -20,9 +20,9 @@ class Dependencies:
 
     variables: FmiVariables
     on_inputs: NDArray[np.bool_]
-    """(outputs, inputs)."""
+    """Whether an output depends on an input, of shape (outputs, inputs)."""
     on_parameters: NDArray[np.bool_] | None
-    """(outputs, parameters), also by way of the start state; None where it is not known, which stands for all."""
+    """The same for parameters, also through the start state, of shape (outputs, parameters); None for all of them."""
 
     def of(self, output: FmiVariable, rows: range) -> Callable[[FmiVariable], Sequence[int]]:
         """The dependencies of some elements of an output.

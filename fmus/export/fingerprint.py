@@ -1,4 +1,4 @@
-"""Whether an FMU is the one that would be built now, found out without generating anything."""
+"""Whether an FMU is the one that would be built now, determined without generating anything."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SUFFIXES = (".py", ".c", ".h")
 
 @dataclass(frozen=True)
 class Stamp:
-    """What identifies all that an FMU is built from."""
+    """The identity of everything that an FMU is built from."""
 
     sources: str
     """Digest of all sources that the FMU depends on, its start values, and the versions of the generators."""

@@ -72,8 +72,8 @@ def _not_compiled(path: Path, model: str | None, report: str) -> RequestError:
     candidates = _candidates(report)
     if candidates is not None:
         return refuse(str(path), "several models", f"one of {candidates}", f"Name it: {path}:MODEL.")
-    wanted = f" of `{model}`" if model else ""
-    found = f"what rumoca cannot compile{wanted}: {_first_failure(report)}"
+    of_model = f" of `{model}`" if model else ""
+    found = f"what rumoca cannot compile{of_model}: {_first_failure(report)}"
     return refuse(str(path), found, "a complete, balanced model")
 
 

@@ -1,4 +1,4 @@
-"""An FMU file that has been read, with all that its description says."""
+"""An FMU file that has been read, with the content of its description."""
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
 
@@ -17,9 +17,9 @@ from fmus.unit_interface import Interface
 VALID_FMU: Final = (
     f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
 )
-"""The part of a message that says what a file should be"""
+"""The valid files, as the part of a message."""
 INTERFACE_TYPES: Final = ("CoSimulation", "ModelExchange")
-"""FMI's names; the first that an FMU offers is the one that is used"""
+"""FMI's names of the interface types; where an FMU has both, the first is used."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Archive:
     clocks_of: Mapping[str, frozenset[int]] = field(default_factory=dict[str, frozenset[int]])
     """Value references of the clocks of each clocked variable."""
     remarks: tuple[str, ...] = ()
-    """What a user should know of it: the rules of FMI that it breaks, and what it needs."""
+    """Remarks for the user: the rules of FMI that it breaks, and its requirements."""
     files: frozenset[str] = frozenset()
     """The paths of all files in it."""
     root: Any = None

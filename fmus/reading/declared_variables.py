@@ -198,7 +198,7 @@ def _enumeration(declared: Any) -> type[IntEnum]:
 
 
 def _read(text: str, value_type: Type, name: str, what: str) -> Any:
-    """The value of a text; `what` says for messages which one of the variable it is."""
+    """The value of a text; `what` names the attribute of the variable in messages, such as `start value`."""
     try:
         if value_type is Type.BOOLEAN:
             return _BOOLEANS[text.lower()]

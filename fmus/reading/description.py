@@ -32,7 +32,7 @@ from fmus.toolchain.version import Version
 
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
 _MOST: Final = 20
-"""How many problems of one kind are listed; a longer list would not tell more about the file."""
+"""The number of problems of one kind that are listed; a longer list would give no more information."""
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 
 _LISTED: Final = 5
-"""How many missing functions a message lists."""
+"""The number of missing functions that a message lists."""
 
 
 def binary_remark(archive: Archive) -> str | None:
-    """What a user should know of the library before it is loaded.
+    """A remark for the user on the library, before it is loaded.
 
     Returns:
         The remark; None for an FMU with a binary for this platform.
@@ -90,12 +90,12 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
 
 def _opened(library: Path, where: str) -> ctypes.CDLL:
     at = Path.cwd()
-    os.chdir(library.parent)  # so that other libraries beside it are found, as FMPy does it
+    os.chdir(library.parent)  # so that libraries in the same folder are found, as in FMPy
     try:
         return ctypes.CDLL(str(library))
     except OSError as error:
-        said = str(error).replace(f"{library.parent}{os.sep}", "")
-        found = f"a library that cannot be loaded ({said})"
+        reason = str(error).replace(f"{library.parent}{os.sep}", "")
+        found = f"a library that cannot be loaded ({reason})"
         raise refuse(
             where, found, f"a shared library for {platform_tuple()}", "Compile it for this platform."
         ) from None

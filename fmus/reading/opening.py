@@ -66,7 +66,7 @@ def _variables(description: Description, values: Mapping[str, Any], where: str) 
         return declared_variables(description.root, description.model, description.version, values)
     except RequestError:
         raise
-    except (ValueError, LookupError, TypeError, AttributeError) as error:  # by what the schema refuses, if not lenient
+    except (ValueError, LookupError, TypeError, AttributeError) as error:  # caused by content that the schema forbids
         found = f"a variable that cannot be understood ({error})"
         raise refuse(f"{where}, {MODEL_DESCRIPTION}", found, "what FMI allows") from error
 

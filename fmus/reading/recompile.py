@@ -122,7 +122,7 @@ def _compile(command: Sequence[str], sources: CSources, folder: Path, target: Pa
 
 
 def _driver(command: Sequence[str], names: Sequence[str]) -> list[str]:
-    """The compiler; for C++ the C++ compiler beside it, which links the C++ library too."""
+    """The compiler; for C++ the C++ compiler in the same folder, which links the C++ library too."""
     if all(Path(name).suffix == ".c" for name in names):
         return list(command)
     program = Path(command[0])

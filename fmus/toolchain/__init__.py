@@ -1,1 +1,1 @@
-"""What building and reading FMUs share: compiler, archives, platforms, versions of FMI, and what FMPy gives."""
+"""What building and reading FMUs share: compiler, archives, platforms, versions of FMI, and FMPy."""

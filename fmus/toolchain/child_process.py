@@ -1,8 +1,8 @@
-"""A child process that runs a module of this project: started, asked with a deadline, and ended, however it behaves.
+"""A child process that runs a module of this project: started, queried with a deadline, and ended in any case.
 
 Messages are pickled Python objects, one after the other. Requests go to the standard input of the child, answers come
-from its standard output. In the child, `ParentProcess` takes both streams away from everybody else, so that what a
-library prints is never taken for an answer; it appears on standard error.
+from its standard output. In the child, `ParentProcess` reserves both streams for the messages: what a library
+prints goes to standard error, so that it is never taken for an answer.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from signal import Signals
 from typing import IO, Any, Final
 
 _DIES_WITHIN: Final = 5.0
-"""[s] until a process that has closed its streams has ended, too."""
+"""[s] The time within which a process that has closed its streams must have ended."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ class ChildSilentError(RuntimeError):
 class ChildProcess:
     """A running child process; `close` has to be called at the end.
 
-    The child is in a session of its own: Ctrl-C in the terminal reaches only this process, which ends the child in
-    order.
+    The child is in a session of its own: Ctrl-C in the terminal reaches only this process, which ends the child in an
+    orderly way.
 
     Args:
-        module: Name of the module that the child runs with `python -m`; it talks by `ParentProcess`.
+        module: Name of the module that the child runs with `python -m`; it uses `ParentProcess`.
         environment: Environment variables that differ from those of this process.
         errors: The file that standard error is written to; that of this process where none is given.
     """
@@ -144,12 +144,12 @@ class ChildProcess:
         self._process.wait()
         self._readable.close()
         for stream in (self.requests, self._answers):
-            with suppress(OSError):  # what was not sent has no receiver any more
+            with suppress(OSError):  # nothing receives what has not been sent yet
                 stream.close()
 
 
 class ParentProcess:
-    """The other end of a `ChildProcess`, in the child: requests as they come, and where answers go."""
+    """The other end of a `ChildProcess`, in the child: a stream of requests, and one for answers."""
 
     def __init__(self) -> None:
         self.requests: IO[bytes] = os.fdopen(os.dup(0), "rb")

@@ -23,7 +23,7 @@ code, -O2 takes twice as long to compile as -O1, and the result is only a tenth 
 """
 
 _LINES_SHOWN: Final = 12
-"""How many lines of the compiler's output a message has."""
+"""The number of lines of the compiler's output in a message."""
 
 
 class BuildError(RuntimeError):

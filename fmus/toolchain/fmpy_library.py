@@ -143,7 +143,7 @@ def read_model(content: bytes, version: Version) -> ModelDescription:
     content = _LIST.sub(lambda m: m[1] + m[2] + m[3][:1] + b" ".join(m[3][1:-1].split()) + m[3][:1], content)
     if version == Version.FMI2:
         content = re.sub(rb"(fmiVersion\s*=\s*[\"'])2\.0[^\"']*", rb"\g<1>2.0", content, count=1)
-    packed = BytesIO()  # an archive of its own, so that FMPy reads no other file of the FMU, which nobody has checked
+    packed = BytesIO()  # a separate archive, so that FMPy reads no file of the FMU that has not been checked
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr(MODEL_DESCRIPTION, content)
     try:
@@ -200,12 +200,12 @@ def required_functions(fmu_class: type, version: Version) -> list[str]:
 
 @dataclass(frozen=True)
 class Sundials:
-    """What FMPy gives of SUNDIALS: its solver, and the functions of the libraries that the solver does not offer.
+    """The parts of SUNDIALS that FMPy provides: its solver, and library functions that the solver does not offer.
 
     The subclass in `fmus.units.cvode_integrator` uses, of the solver's attributes, `cvode_mem` (the integrator),
     `sunctx` (the context of SUNDIALS), `x` and `px` (the vector of the states and its values), `abstol`, `A` and `LS`
-    (the other objects, which FMPy leaves to be freed), `ehfun_` and `error_info` (the error handler and what it was
-    told), the counts `nx` and `nz`, `discrete` (there are no continuous states), and the callbacks `f` and `g`, which
+    (the other objects, which FMPy leaves to be freed), `ehfun_` and `error_info` (the error handler and the last
+    error), the counts `nx` and `nz`, `discrete` (there are no continuous states), and the callbacks `f` and `g`, which
     it extends.
     """
 

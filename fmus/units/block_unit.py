@@ -22,7 +22,7 @@ from fmus.units.unit import Column, Operation, TypedColumns, Unit, UnitError, po
 
 @lru_cache
 def interface_of(block: type[Block[Any, Any, Any]]) -> Interface:
-    """What a block looks like from outside."""
+    """The interface of a block."""
     lowered = lower(block)
     return Interface(
         kind=block.name,
@@ -45,7 +45,7 @@ def by_variable(lowered: LoweredBlock, outputs: tuple[Variable, ...], inputs: tu
         inputs: All inputs of the block.
 
     Returns:
-        Booleans, (outputs, inputs).
+        Booleans of shape (outputs, inputs).
     """
     if not (outputs and inputs):
         return np.zeros((len(outputs), len(inputs)), dtype=bool)
@@ -66,7 +66,7 @@ class BlockState(StateCapability):
         self.x = np.zeros(states)
         self.y = np.zeros(outputs)
         self.held = False
-        """Whether the outputs stand until the next sample, as those of a sampled block do after its first."""
+        """Whether the outputs are held until the next sample, as those of a sampled block are after its first step."""
 
     @override
     def save(self) -> Any:

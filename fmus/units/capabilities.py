@@ -1,8 +1,8 @@
-"""What some units can do beside stepping: act at an instant, and go back to a state.
+"""The capabilities of some units in addition to stepping: acting at an instant, and returning to a saved state.
 
-A unit has a capability or has it not (`Unit.events`, `Unit.state`). Whoever prepares a run asks for it once and keeps
-the object, so that no step has to find out. `Interface.event_mode` and `Interface.rolls_back` say the same before the
-unit is made.
+`Unit.events` and `Unit.state` are `None` where a unit lacks the capability. They are looked up once, when a run is
+prepared, so that no step has to test for them. `Interface.event_mode` and `Interface.rolls_back` say the same before
+the unit is made.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class EventCapability(ABC):
 
     @abstractmethod
     def update(self, t: float, h: float) -> object:
-        """Iterate the discrete states until they rest, which ends what `activate` began. Raises `UnitError`."""
+        """Iterate the discrete states until they settle, which ends what `activate` began. Raises `UnitError`."""
 
     @abstractmethod
     def fired(self) -> set[str]:
@@ -47,7 +47,7 @@ class EventCapability(ABC):
 
 
 class StateCapability(ABC):
-    """The unit returns to a state that was saved, bit by bit. The saved states are opaque to everybody else."""
+    """The unit returns to a state that was saved, bit by bit. The saved states are opaque to its callers."""
 
     @abstractmethod
     def save(self) -> Any:

@@ -81,7 +81,7 @@ class ClockedEvents(EventCapability):
 
     Args:
         unit: The unit, for its messages and its clocks.
-        fmu: FMPy's object.
+        fmu: The FMU as an object of FMPy.
         instantiate_again: Replaces the instance by one with Event Mode.
     """
 
@@ -91,7 +91,7 @@ class ClockedEvents(EventCapability):
         """The events of the present instance, once they are used."""
 
     def check(self, action: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function; `action` is what has failed if it fails. Raises `UnitError`."""
+        """Call a function; `action` names the failure in the error. Raises `UnitError`."""
         try:
             return function(*arguments)
         except (FMICallException, EventError) as error:

@@ -20,7 +20,7 @@ from fmus.toolchain.fmpy_library import FMICallException, sundials
 _ONE_STEP: Final = 2
 _DISCARD: Final = 2
 _AGAIN, _GIVE_UP = 1, -1
-"""What an evaluation that failed returns to CVODE: try a smaller step, or stop."""
+"""The results of a failed evaluation for CVODE: try a smaller step, or stop."""
 
 _SUNDIALS: Final = sundials()
 _set_stop_time = _SUNDIALS.cvode["CVodeSetStopTime"]
@@ -62,7 +62,7 @@ class ContinuousModel(Protocol):
 
 
 class IntegrationError(RuntimeError):
-    """The integration cannot go on."""
+    """An integration that cannot continue."""
 
 
 class CvodeIntegrator(_SUNDIALS.CVodeSolver):
@@ -124,17 +124,17 @@ class CvodeIntegrator(_SUNDIALS.CVodeSolver):
             The time that was reached [s], and whether there is a state event.
 
         Raises:
-            IntegrationError: CVODE cannot go on.
+            IntegrationError: CVODE cannot continue.
         """
         self._failure, self.error_info = None, None
         reached = c_double()
         _set_stop_time(self.cvode_mem, target)
         flag = _SUNDIALS.CVode(self.cvode_mem, target, self.x, byref(reached), _ONE_STEP)
         if flag < 0:
-            said = self.error_info[3] if self.error_info else f"status {flag}"
+            reason = self.error_info[3] if self.error_info else f"status {flag}"
             if self._failure is not None:
-                said = f"{said} ({self._failure})"
-            raise IntegrationError(f"CVODE cannot go on at {reached.value:g} s: {' '.join(said.split())}")
+                reason = f"{reason} ({self._failure})"
+            raise IntegrationError(f"CVODE cannot go on at {reached.value:g} s: {' '.join(reason.split())}")
         self.set_time(reached.value)
         if not self.discrete:
             self.set_x(self.px, self.nx)

@@ -1,4 +1,4 @@
-"""FMI 3.0 Event Mode: what one FMU does at an instant, and how it steps from one to the next.
+"""FMI 3.0 Event Mode: the actions of one FMU at an instant, and its steps from one instant to the next.
 
 At t_k: `activate` enters Event Mode and makes the clocks tick that are due or were triggered; then inputs are set and
 outputs are read; `update` iterates the discrete states and notes which output clocks tick. `step` leads to t_{k+1}: it
@@ -23,15 +23,15 @@ from fmus.toolchain.fmpy_library import (
 from fmus.units.unit import FMI_WARNING
 
 EVENT_ITERATIONS: Final = 1000
-"""The most event iterations at one instant; an FMU that needs more is taken to iterate for ever."""
+"""The most event iterations at one instant; an FMU that needs more is assumed never to settle."""
 
 
 class EventError(RuntimeError):
-    """An FMU that cannot go on at an instant."""
+    """An FMU that cannot continue at an instant."""
 
 
 class StepResult(NamedTuple):
-    """What came of one call of the FMU's step function."""
+    """The result of one call of the FMU's step function."""
 
     status: int
     """The FMI status."""
@@ -40,7 +40,7 @@ class StepResult(NamedTuple):
     terminate: bool
     """Whether the FMU asks for the end of the simulation."""
     reached: float
-    """[s] the time that was reached."""
+    """[s] The time that was reached."""
 
 
 class EventMode:
@@ -59,7 +59,7 @@ class EventMode:
         self._outputs = [c for c in clocks if c.causality == "output"]
         self._references = {c.name: c.reference for c in clocks}
         self._next: dict[int, float] = {}
-        """[s] next tick of each time-based clock."""
+        """[s] The next tick of each time-based clock."""
         self._ticks: dict[int, tuple[float, float, int]] = {}
         """First tick and interval [s] of each clock that ticks regularly, and how often it has ticked since."""
         self._triggered: set[int] = set()
@@ -78,7 +78,7 @@ class EventMode:
             self._fmu.setIntervalDecimal(references, intervals)
 
     def begin(self) -> None:
-        """The state after Initialization Mode: Event Mode at the start."""
+        """Begin after Initialization Mode: in Event Mode, with the first tick of each time-based clock."""
         self._in_event_mode = True
         for clock in self._time_based:
             if clock.interval_variability == "constant":
@@ -95,7 +95,7 @@ class EventMode:
         self._triggered = set()
 
     def update(self, t: float) -> None:
-        """Iterate the discrete states until they rest."""
+        """Iterate the discrete states until they no longer change."""
         for _ in range(EVENT_ITERATIONS):
             self._fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
             again, terminate, *_ = self._fmu.updateDiscreteStates()
@@ -137,7 +137,7 @@ class EventMode:
                 raise EventError(f"it returned early from its step without having moved, at {now:g} s")
             now = reached if reached < target - _tolerance(target) else target
             if now < end - _tolerance(end):
-                self._enter(now, set())  # what others trigger waits for the communication point
+                self._enter(now, set())  # clocks that other units trigger wait for the communication point
                 self.update(now)
         return 0
 
@@ -173,7 +173,7 @@ class EventMode:
         self._next[reference] = first
 
     def _ask(self, clock: Clock, t: float) -> None:
-        """Take in a new interval, which counts from `t`."""
+        """Read a new interval, which is counted from `t`."""
         interval, qualifier = self._interval(clock)
         if qualifier != fmi3IntervalChanged:
             return

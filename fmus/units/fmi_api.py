@@ -15,7 +15,7 @@ from fmus.toolchain.fmpy_library import FMU2Model, FMU2Slave, FMU3Model, FMU3Sla
 
 
 class NativeAccess(NamedTuple):
-    """How a library is given, and gives, values of one type."""
+    """How values of one type are passed to and from a library."""
 
     function: str
     """The part of the access functions' names after `Get` or `Set`."""
@@ -25,7 +25,7 @@ class NativeAccess(NamedTuple):
 
 @dataclass(frozen=True)
 class FmiApi:
-    """What differs between the versions of FMI for somebody who calls the functions of a library."""
+    """The differences between the versions of FMI for a caller of the functions of a library."""
 
     prefix: str
     """The beginning of all function names."""
@@ -34,15 +34,15 @@ class FmiApi:
     model_exchange: type[Any]
     """FMPy's class for a Model Exchange FMU."""
     access: Mapping[Type, NativeAccess]
-    """By type, for the types that this version of FMI has."""
+    """The access to values by type, for the types of this version of FMI."""
     counts_values: bool
-    """Whether access functions are told the number of values, beside that of the variables."""
+    """Whether access functions take the number of values in addition to that of the variables."""
     get_state: str
     """FMPy's name of the function that saves the FMU state."""
     set_state: str
     free_state: str
     token: str
-    """What this version of FMI calls the text by which a library recognises its modelDescription.xml."""
+    """The name of the text by which a library recognises its modelDescription.xml, in this version of FMI."""
 
 
 FMI2_API: Final = FmiApi(

@@ -91,11 +91,11 @@ class FmuUnit(Unit):
         try:
             self._instantiate()
         except Exception as error:
-            said = f" ({'; '.join(dict.fromkeys(self.messages))})" if self.messages else ", and does not say why"
+            reason = f" ({'; '.join(dict.fromkeys(self.messages))})" if self.messages else ", and does not say why"
             token = f"{self.api.token} `{self._archive.description.guid}`"
             raise refuse(
                 str(self._archive.path),
-                f"a library that refuses to make an instance{said}",
+                f"a library that refuses to make an instance{reason}",
                 f"a library that takes the {token} of its modelDescription.xml",
                 "Export the FMU again.",
             ) from error
@@ -109,7 +109,7 @@ class FmuUnit(Unit):
         getattr(self._fmu, f"{self.api.prefix}FreeInstance")(self._fmu.component)
 
     def _check(self, action: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a method of FMPy's object; `action` is what has failed if it fails. Raises `UnitError`."""
+        """Call a method of FMPy's object; `action` names the failure in the error. Raises `UnitError`."""
         try:
             return function(*arguments)
         except FMICallException as error:
@@ -155,7 +155,7 @@ class FmuUnit(Unit):
 
 
 class FmuState(StateCapability):
-    """The FMU state, kept by the FMU itself; what is saved is its pointer."""
+    """The FMU state, which stays inside the FMU; a saved state is a pointer to it."""
 
     def __init__(self, fmu: Any, api: FmiApi, check: Callable[..., Any]) -> None:
         self._check = check
@@ -190,12 +190,12 @@ class Fmu2Unit(FmuUnit):
         callbacks.componentEnvironment = environment
         try:
             self._fmu.instantiate(callbacks=callbacks, loggingOn=False)
-        except Exception:  # noqa: BLE001 - once more, to hear why: many say it only when they are asked to log
+        except Exception:  # noqa: BLE001 - a second attempt with logging, without which many give no reason
             self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
-        wanted = [c.name for c in self._archive.description.logCategories if c.name in _FAILURES]
-        if wanted:  # not all: a log of every event costs time at every step
+        categories = [c.name for c in self._archive.description.logCategories if c.name in _FAILURES]
+        if categories:  # only these, because a log of every event takes time in every step
             with suppress(FMICallException):
-                self._fmu.setDebugLogging(loggingOn=True, categories=wanted)
+                self._fmu.setDebugLogging(loggingOn=True, categories=categories)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any]) -> None:

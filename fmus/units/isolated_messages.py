@@ -1,4 +1,4 @@
-"""What `IsolatedUnit` and the process of its FMU exchange: calls, replies, and columns of numbers in shared memory.
+"""The exchange between `IsolatedUnit` and the process of its FMU: calls, replies, and columns in shared memory.
 
 Numbers lie in a file that both processes map; texts and bytes, which have no fixed size, go with the messages.
 """
@@ -49,16 +49,16 @@ class UnitCall:
 
 @dataclass(frozen=True)
 class UnitReply:
-    """What came of a request."""
+    """The reply to a request."""
 
     value: Any = None
     messages: tuple[str, ...] = ()
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
     """The outputs that are texts or bytes, type by type."""
     problems: tuple[Problem, ...] = ()
-    """Those of a `RequestError`."""
+    """The problems of a `RequestError`."""
     fault: tuple[str, tuple[str, ...]] | None = None
-    """`action` and `said` of a `UnitError`."""
+    """The `action` and `said` of a `UnitError`."""
 
 
 def map_columns(interface: Interface, file: Path) -> tuple[dict[Type, Column], dict[Type, Column]]:
@@ -92,7 +92,7 @@ def texts(columns: TypedColumns) -> list[list[Any]]:
 
 
 def put_texts(columns: TypedColumns, values: list[list[Any]]) -> None:
-    """Write what `texts` gave; nothing, where it was not asked for."""
+    """Write the values that `texts` gave; an empty list, where they were not requested, changes nothing."""
     for column, items in zip([c for kind, c in columns.items() if not kind.is_number], values, strict=False):
         column[:] = items
 

@@ -1,4 +1,4 @@
-"""The process of an `IsolatedUnit`: one FMU, which does what it is asked, one call at a time."""
+"""The process of an `IsolatedUnit`: it holds one FMU and carries out one call at a time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fmus.units.unit import FMI_WARNING, Column, Unit, UnitError, carry_out
 
 
 def main() -> None:
-    """Answer requests until the unit is closed, or nobody asks any more."""
+    """Answer requests until the unit is closed, or the parent process has ended."""
     parent = ParentProcess()
     host: _Host | None = None
     while True:
@@ -67,13 +67,13 @@ class _Host:
 
 
 def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]) -> dict[str, Callable[..., Any]]:
-    """What can be asked of a unit, by the names that messages use."""
+    """The calls that a unit can be requested to make, by the names that messages use."""
     methods: dict[str, Callable[..., Any]] = {
         "bind": lambda: unit.bind(inputs, outputs),
         "enter_initialization": unit.enter_initialization,
         "exit_initialization": unit.exit_initialization,
         "step": unit.step,
-        "get": lambda: None,  # all that is wanted are the outputs
+        "get": lambda: None,  # only the outputs are requested
         "close": unit.close,
     }
     if (events := unit.events) is not None:
@@ -86,7 +86,7 @@ def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]
 
 
 class _SavedStates(StateCapability):
-    """States that stay in this process; the other one is given a number for each."""
+    """Saved states, which stay in this process; the other process receives a number for each."""
 
     def __init__(self, state: StateCapability) -> None:
         self._state = state

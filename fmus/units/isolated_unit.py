@@ -1,4 +1,4 @@
-"""An FMU in a process of its own: one that dies or hangs ends the run with a message, and nothing else with it.
+"""An FMU in a process of its own: if it crashes or hangs, the run ends with a message, and this process survives.
 
 It costs the start of a process, and one exchange of messages per macro step; outputs that are shown without a step cost
 another one.
@@ -21,11 +21,11 @@ from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 PATIENCE: Final = 30.0
-"""[s] that a call may take unless something else is said."""
+"""[s] The time that a call may take by default."""
 _STARTING: Final = 60.0
-"""[s] that the start of the process and of the FMU may take."""
+"""[s] The time that the start of the process and of the FMU may take."""
 _CLOSING: Final = 5.0
-"""[s] that the FMU, and then its process, may take to end."""
+"""[s] The time that the FMU, and then its process, may take to end."""
 
 
 class IsolatedUnit(Unit):
@@ -40,7 +40,7 @@ class IsolatedUnit(Unit):
 
     Raises:
         RequestError: The FMU cannot be instantiated.
-        UnitError: Its process died or hung meanwhile.
+        UnitError: The process died or hung during its start.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class IsolatedUnit(Unit):
     ) -> None:
         super().__init__(name, archive.interface)
         self._patience = patience
-        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_")  # what the child unpacks lies in it, too
+        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_")  # the child unpacks its files here, too
         memory = Path(self._folder.name, "columns")
         self._their_inputs, self._their_outputs = map_columns(archive.interface, memory)
         self._inputs: TypedColumns = {}
@@ -72,7 +72,7 @@ class IsolatedUnit(Unit):
         self.state = _IsolatedState(self._call) if archive.interface.rolls_back else None
 
     def _exchange(self, method: str, request: Instantiation | UnitCall, patience: float) -> Any:
-        """Send a request and wait for what came of it. Raises `UnitError` and `RequestError` as the FMU does."""
+        """Send a request and wait for the reply. Raises `UnitError` and `RequestError` as the FMU does."""
         try:
             reply: UnitReply = self._child.ask(request, patience)
         except ChildSilentError as silence:

@@ -170,7 +170,7 @@ class _Rate:
 
 
 class _Integral:
-    """A signal of ours that theirs gives the rate of: at t_k what it comes to within the step from t_k on."""
+    """A signal of ours that is the integral of the rate that the foreign unit shows, updated once per step."""
 
     def __init__(self) -> None:
         self.value = self.shown = self.h = 0.0
@@ -249,7 +249,7 @@ def _moves(
 
 
 def _move(source: Column, target: Column, kind: Type, table: NDArray[np.float64]) -> Operation:
-    """Gather, convert, scatter; numbers that keep their unit and type keep every bit."""
+    """Gather, convert and scatter values; those that need no conversion are copied bit by bit."""
     places, slots = table[:, 0].astype(np.intp), table[:, 1].astype(np.intp)
     factor, offset, low, high = (np.ascontiguousarray(column) for column in table[:, 2:].T)
     limited = bool(np.isfinite([low, high]).any())

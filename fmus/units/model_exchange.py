@@ -21,11 +21,11 @@ from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
 from fmus.units.unit import Column, TypedColumns, UnitError, carry_out
 
 RELATIVE_TOLERANCE: Final = 1e-8
-"""Relative tolerance where the FMU declares none."""
+"""The relative tolerance where the FMU declares none."""
 LOOSEST_TOLERANCE: Final = 1e-6
 """The largest relative tolerance, whatever the FMU declares."""
 MOST_EVENTS: Final = 1000
-"""The most events in one macro step, and iterations of one event; a model that needs more is taken for endless."""
+"""The most events in one macro step, and iterations of one event; one that needs more is assumed never to settle."""
 _SAME_TIME: Final = 1e-12
 
 
@@ -51,7 +51,7 @@ class ModelExchangeUnit(FmuUnit):
 
     @override
     def _prepare_step(self) -> None:
-        """Nothing: the integrator steps."""
+        """There is no call to prepare: the integrator makes the steps."""
 
     @override
     def _fmpy_class(self) -> type[Any]:
@@ -59,7 +59,7 @@ class ModelExchangeUnit(FmuUnit):
 
     @abstractmethod
     def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
-        """Update the discrete states once; what FMI's function of this name returns."""
+        """Update the discrete states once, and return the results of FMI's function of this name."""
 
     @abstractmethod
     def get_derivatives(self, dx: Any, n: int) -> None:
@@ -67,7 +67,7 @@ class ModelExchangeUnit(FmuUnit):
 
     @abstractmethod
     def _count(self) -> tuple[int, int]:
-        """How many continuous states and event indicators there are."""
+        """The numbers of continuous states and event indicators."""
 
     def get_states(self, x: Any, n: int) -> None:
         """Read the continuous states."""
@@ -115,7 +115,7 @@ class ModelExchangeUnit(FmuUnit):
 
     @override
     def exit_initialization(self) -> None:
-        super().exit_initialization()  # from here on in Event Mode
+        super().exit_initialization()  # afterwards the FMU is in Event Mode
         self._check("the initialization failed", self._begin)
         carry_out(self._readers)  # the initial event may have changed what they showed before
 
@@ -139,7 +139,7 @@ class ModelExchangeUnit(FmuUnit):
             self._integrator.reset(self._time)
 
     def _iterate(self) -> None:
-        """Iterate the discrete states until they stay."""
+        """Iterate the discrete states until they no longer change."""
         for _ in range(MOST_EVENTS):
             again, terminate, _nominals, _values, defined, following = self._new_discrete_states()
             if terminate:

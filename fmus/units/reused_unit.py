@@ -1,7 +1,7 @@
 """FMUs that are started again instead of opened again: for many short runs of the same few FMUs in one process.
 
-Unpacking and loading an FMU takes longer than most of these runs. FMI's reset brings it back to where it was when it
-was new; a unit whose reset fails is released.
+Unpacking and loading an FMU takes longer than most of these runs. FMI's reset returns an instance to its initial
+state; a unit whose reset fails is released.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.

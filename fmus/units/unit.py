@@ -19,7 +19,7 @@ from fmus.unit_interface import Interface
 from fmus.units.capabilities import EventCapability, StateCapability
 
 Column: TypeAlias = NDArray[Any]
-"""Values of one type, (n,)."""
+"""Values of one type, of shape (n,)."""
 TypedColumns: TypeAlias = Mapping[Type, Column]
 """A column for each type that occurs."""
 Operation: TypeAlias = Callable[[], object]
@@ -30,12 +30,12 @@ FMI_WARNING: Final = 1
 
 
 class UnitError(RuntimeError):
-    """A unit that could not do what it was asked.
+    """A unit that could not carry out a call.
 
     Args:
         unit: Name of the unit.
         action: What could not be done.
-        said: What the unit itself said about it, message by message.
+        said: The messages of the unit about it.
     """
 
     def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
@@ -62,15 +62,15 @@ class Unit(ABC):
         self.name = name
         self.interface = interface
         self.messages: list[str] = []
-        """What the unit has said so far, oldest first."""
+        """The messages of the unit so far, oldest first."""
         self.events: EventCapability | None = None
-        """Event Mode, of a unit that has it."""
+        """Event Mode; `None` for a unit that does not have it."""
         self.state: StateCapability | None = None
-        """The way back to saved states, of a unit that has it."""
+        """Saving and restoring of states; `None` for a unit that does not have it."""
 
     @abstractmethod
     def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
-        """Use other memory from now on; setters and getters have to be asked for again.
+        """Use other memory from now on; setters and getters have to be requested again.
 
         Args:
             inputs: The columns that the setters read, variables in the order of the interface.
@@ -82,7 +82,7 @@ class Unit(ABC):
         """Make the unit ready for start values.
 
         Args:
-            parameters: Values by name; the others keep the start values that the unit brings along.
+            parameters: Values by name; the others keep the start values of the unit itself.
 
         Raises:
             UnitError: The unit refuses a value, or cannot be initialised.
@@ -126,13 +126,13 @@ def by_type(variables: Sequence[Variable]) -> dict[Type, list[Variable]]:
 
 def positions(variables: Sequence[Variable]) -> dict[str, tuple[Type, int]]:
     """For every variable its type and the index of its first element in the column of that type."""
-    found: dict[str, tuple[Type, int]] = {}
+    places: dict[str, tuple[Type, int]] = {}
     for kind, group in by_type(variables).items():
         at = 0
         for variable in group:
-            found[variable.name] = (kind, at)
+            places[variable.name] = (kind, at)
             at += variable.size
-    return found
+    return places
 
 
 def views(variables: Sequence[Variable], columns: TypedColumns) -> dict[str, Column]:
@@ -147,7 +147,7 @@ def widths(variables: Sequence[Variable]) -> dict[Type, int]:
 
 
 def carry_out(operations: Iterable[Operation]) -> int:
-    """Carry out operations up to the first that fails, and give the worst status that they met."""
+    """Carry out operations up to the first that fails, and return the worst status."""
     worst = 0
     for operation in operations:
         status = operation()

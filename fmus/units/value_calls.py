@@ -22,11 +22,11 @@ from fmus.units.unit import Column, Operation, TypedColumns, by_type
 
 AccessVerb: TypeAlias = Literal["Set", "Get"]
 ADDRESS: Final = ctypes.c_size_t
-"""The type of pointers whose address is known."""
+"""The type of a pointer, given as an integer address."""
 
 
 def library_function(fmu: Any, api: FmiApi, name: str, arguments: Sequence[Any]) -> Any:
-    """A function of the library, by its name without the prefix, with types of its arguments that are ours alone."""
+    """A function of the library, by its name without the prefix, with argument types of its own."""
     function = fmu.dll[f"{api.prefix}{name}"]  # indexing gives a new object each time, which FMPy does not know
     function.argtypes, function.restype = list(arguments), ctypes.c_int
     return function
