@@ -134,10 +134,10 @@ class ConstrainedMpc(Guidance, ConstrainedSettings, Sampled[ControllerInputs, Co
         dims = self.dimensions()
         task = staged(_task, _Task, dims, self, x, u)
         constants = part(ConstrainedProblem, self)
-        found = ilqr.optimise(
+        trajectory = ilqr.optimise(
             STAGES, constants, task.targets, task.now, task.guess, N=PREDICTION_STEPS, iterations=_ITERATIONS
         )
-        sample = staged(_followed, _Sample, dims, self, x, task, _Found(**vars(found)))
+        sample = staged(_followed, _Sample, dims, self, x, task, _Found(**vars(trajectory)))
         return sample.x, sample.y
 
 

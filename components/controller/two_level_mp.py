@@ -94,8 +94,8 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
         dims = self.dimensions()
         given = staged(_given, _Given, dims, self, x, u)
         guess = x.z + (shifted(x.z) - x.z) * fmin(self.T_s / self.dt, 1.0)  # a sample is a share of a prediction step
-        found = active_set.minimise(given.problem, dims, guess, iterations=_ITERATIONS, tolerance=KKT_TOLERANCE)
-        decision = decided(found, guess, given.problem.bounds())
+        solution = active_set.minimise(given.problem, dims, guess, iterations=_ITERATIONS, tolerance=KKT_TOLERANCE)
+        decision = decided(solution, guess, given.problem.bounds())
         now = staged(_tracked, _Sample, dims, self, x, u, given, decision)
         return now.x, now.y
 

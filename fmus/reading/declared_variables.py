@@ -94,11 +94,11 @@ def declared_variables(
 
 def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
     """The lengths of arrays that are values of variables, by the value references of these."""
-    wanted = {d.valueReference for v in model.modelVariables for d in v.dimensions}
+    references = {d.valueReference for v in model.modelVariables for d in v.dimensions}
     return {
         v.valueReference: _length(values.get(v.name), v)
         for v in model.modelVariables
-        if v.valueReference in wanted and v.start is not None
+        if v.valueReference in references and v.start is not None
     }
 
 
@@ -233,9 +233,9 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]])
         if all(len(index) == len(first) for index in indices)
         else ()
     )
-    wanted = [tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape)]
+    expected = [tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape)]
     alike = {(p.variable.quantity.type, p.variable.quantity.unit) for p in parts}
-    if not shape or set(first) - {0, 1} or indices != wanted or len(alike) > 1:
+    if not shape or set(first) - {0, 1} or indices != expected or len(alike) > 1:
         yield from (part for _, part in elements)
         return
     quantity = replace(parts[0].variable.quantity, shape=shape)
