@@ -100,14 +100,14 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     theirs = archive.interface
     lines = [*_description(where, archive), *_breaches(archive, broken)]
     lines += [f"  {'cannot' if refused else 'can'} be instantiated here", "", *_variables(theirs), ""]
-    wanted = socket or (mapping.socket if mapping else None)
-    if wanted is None:
+    socket_name = socket or (mapping.socket if mapping else None)
+    if socket_name is None:
         lines += _sockets(path, {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS})
         return Checked(tuple(lines), good=not problems, problems=problems)
-    fitting = fit(wanted, SOCKETS[wanted], theirs, str(where), mapping)
-    lines += [f"socket {wanted}: {_verdict(fitting)}", *_rows(fitting)]
+    fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
+    lines += [f"socket {socket_name}: {_verdict(fitting)}", *_rows(fitting)]
     if mapping is None and (out is not None or fitting.needed):
-        lines.append(_template(where, wanted, fitting, theirs, out))
+        lines.append(_template(where, socket_name, fitting, theirs, out))
     problems += tuple(fitting.problems)
     return Checked(tuple(lines), good=not problems, problems=problems)
 
@@ -144,10 +144,10 @@ def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
     except RequestError as error:
         return error.problems
     except UnitError as fault:
-        said = "; ".join((fault.action, *fault.said))
+        reason = "; ".join((fault.action, *fault.said))
         return (
             Problem(
-                where, f"an FMU that cannot be instantiated ({said})", "one that can", "Ask its maker for another."
+                where, f"an FMU that cannot be instantiated ({reason})", "one that can", "Ask its maker for another."
             ),
         )
     return ()

@@ -1,4 +1,4 @@
-"""What an FMU of another maker looks like from outside once it is adapted to a socket."""
+"""The interface of an FMU of another maker that is adapted to a socket."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def signal_constant(signal: Variable, amount: Amount, mapping: MappingFile, prob
         signal: The output signal of the socket.
         amount: The value as the mapping gives it.
         mapping: The mapping.
-        problems: Where a wrong value is told.
+        problems: Receives a problem for a wrong value.
 
     Returns:
         The value in the shape of the signal; `None` where it is wrong.
@@ -54,7 +54,7 @@ def held_inputs(
         theirs: The interface of the FMU.
         driven: The inputs that signals drive, to which no constant can be given.
         mapping: The mapping.
-        problems: Where what is wrong is told.
+        problems: Receives a problem for each wrong value.
 
     Returns:
         The value of each input in its own unit of measurement.

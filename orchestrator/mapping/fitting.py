@@ -1,4 +1,4 @@
-"""How a foreign FMU fits a socket: what its mapping file says, and what its names leave no doubt about."""
+"""The fit of a foreign FMU to a socket, by its mapping file and by names that leave no doubt."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def fit(name: str, socket: Socket, theirs: Interface, file: str, mapping: Mappin
         socket: The socket that it is to fill.
         theirs: The interface of the FMU.
         file: The FMU's path, for messages.
-        mapping: What a mapping file says of it; for what is not said there, the names decide.
+        mapping: The mapping of the FMU; for signals without an entry, the names decide.
     """
     return _Fit(name, socket, theirs, file, mapping or MappingFile(name)).done()
 
@@ -53,7 +53,7 @@ class _Fit:
     integrated: list[str] = field(default_factory=list[str])
     constants: dict[str, Any] = field(default_factory=dict[str, Any])
     entries: dict[str, tuple[Entry, ...]] = field(default_factory=dict[str, tuple[Entry, ...]])
-    """By signal: those of the mapping file, and those that the names decided."""
+    """The entries by signal: those of the mapping file, and those that the names decided."""
 
     @property
     def file(self) -> str:
@@ -118,8 +118,8 @@ class _Fit:
             several = tuple(doubtful.get(signal.name, ()))
             note = f"could be {', '.join(f'`{n}`' for n in several)}" if several else ""
             row = FittedSignal(signal, direction, self._is_needed(signal, direction), note=note, doubtful=several)
-            found = matches.get(signal.name)
-            self.rows.append(self._matched(row, Entry(variables=found.names), offered) if found else row)
+            matched = matches.get(signal.name)
+            self.rows.append(self._matched(row, Entry(variables=matched.names), offered) if matched else row)
 
     def _named(
         self, signal: Variable, direction: Direction, entries: Sequence[Entry], offered: Sequence[Variable]
@@ -204,10 +204,10 @@ class _Fit:
             self.problems.append(Problem(self.mapping.where, f"nothing filled in yet for {', '.join(names)}", valid))
 
     def _tell_missing(self) -> None:
-        """Report what the socket asks for and nothing stands for, as one problem."""
+        """Report the signals that the socket requires and that nothing stands for, as one problem."""
         unread = self._unread()
-        wanted = [r for r in self.rows if r.needed or r in unread]
-        missing = [r for r in wanted if not (r.theirs or r.signal.name in self.mapping.signals or r.misfit)]
+        required = [r for r in self.rows if r.needed or r in unread]
+        missing = [r for r in required if not (r.theirs or r.signal.name in self.mapping.signals or r.misfit)]
         if missing:
             what = ", ".join(
                 f"{r.signal.name} ({describe(r.signal.quantity)}{f'; {r.note}' if r.note else ''})" for r in missing

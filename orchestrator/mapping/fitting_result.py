@@ -1,4 +1,4 @@
-"""What comes of fitting an FMU to a socket: what stands for each signal, what was noticed, and what is wrong."""
+"""The result of fitting an FMU to a socket: the variables for each signal, remarks, and problems."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Direction: TypeAlias = Literal["inputs", "outputs"]
 
 @dataclass(frozen=True)
 class FittedSignal:
-    """One signal of the socket, and what stands for it."""
+    """One signal of the socket, and the variables or constants that stand for it."""
 
     signal: Variable
     direction: Direction
@@ -26,7 +26,7 @@ class FittedSignal:
     theirs: str = ""
     """Variables and constants as text; empty where there is nothing."""
     note: str = ""
-    """What was decided without being told, as text."""
+    """A decision that no mapping file gave, as text."""
     doubtful: tuple[str, ...] = ()
     """Variables whose names are equally good, so that none of them is taken."""
     misfit: bool = False
@@ -35,7 +35,7 @@ class FittedSignal:
 
 @dataclass(frozen=True)
 class Remark:
-    """Something that was decided or noticed without being asked about."""
+    """A decision that no mapping file gave, or an observation."""
 
     text: str
     signal: str = ""
@@ -44,10 +44,10 @@ class Remark:
 
 @dataclass(frozen=True)
 class Fitting:
-    """An FMU in a socket: all that was decided, and what is wrong."""
+    """An FMU in a socket: all decisions, and all problems."""
 
     mapping: MappingFile
-    """Complete: with an entry for every signal that something stands for."""
+    """The complete mapping, with an entry for every signal that something stands for."""
     adaptation: Adaptation
     interface: Interface
     rows: tuple[FittedSignal, ...]
@@ -60,5 +60,5 @@ class Fitting:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed, as texts."""
+        """All decisions and observations, as texts."""
         return tuple(remark.text for remark in self.noticed)

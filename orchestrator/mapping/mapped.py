@@ -86,7 +86,7 @@ def fitted(
         mapping: What a mapping file says of it; without one, its names decide.
 
     Returns:
-        The source for the unit, what keeps it from fitting, and what was decided without being told.
+        The source for the unit, what keeps it from fitting, and the decisions that no mapping file gave.
     """
     fitting = fit(name, socket, fmu.interface, str(fmu.path), mapping)
     source = Mapped(fmu, fitting) if fitting.needed else fmu
@@ -103,7 +103,7 @@ def mapped(name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = No
         mapping: What a mapping file says of it; without one, its names decide.
 
     Raises:
-        RequestError: With everything that keeps the FMU from fitting.
+        RequestError: The FMU does not fit; the error has all reasons.
     """
     source, problems, _ = fitted(name, socket, fmu, mapping)
     raise_if_any(problems)

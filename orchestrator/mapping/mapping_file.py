@@ -10,7 +10,7 @@ Each bus of the socket is a table with one entry per signal:
   does not read; ``"?"`` is still to be filled in.
 
 `axes`, `feedthrough`, `constants` (other inputs of the FMU), `parameters` and, in a bus, `reference` and `velocity`
-say the rest.
+complete the mapping.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class MappingFile:
     feedthrough: bool = True
     """Whether the outputs may depend on the inputs at the same instant, where the FMU declares so."""
     signals: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict[str, tuple[Entry, ...]])
-    """By signal; an input of ours may go to several of theirs."""
+    """The entries by signal; an input of ours may go to several of theirs."""
     references: Mapping[str, tuple[str, Amount | None]] = field(default_factory=dict[str, tuple[str, Amount | None]])
     """By bus: the point that positions refer to, and its distance from the centre of gravity where that is needed."""
     velocities: Mapping[str, str] = field(default_factory=dict[str, str])

@@ -1,4 +1,4 @@
-"""Reading mapping files (see `mapping_file`), with everything that is wrong with one told at once."""
+"""Reading mapping files (see `mapping_file`); all problems of a file are reported at once."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _PLAIN_NUMBERS: Final = ("factor", *(name for name, number in ROLE_NUMBERS.items
 _ENTRY: Final = ("variable", "unit", "as", "angle", "constant", "unused", *_NUMBERS)
 _REFERENCE: Final = ("point", "distance")
 _ABOUT_BUS: Final = ("reference", "velocity")
-"""What the table of a bus holds beside its signals."""
+"""The entries in the table of a bus that are not signals."""
 _EXAMPLE: Final = 'Write { variable = "...", unit = "..." }.'
 
 
@@ -42,7 +42,7 @@ def read_mapping(path: Path, socket: str | None = None) -> MappingFile:
         socket: The socket that the FMU is to fill; without it, the file must name one.
 
     Raises:
-        RequestError: With everything that is wrong with the file.
+        RequestError: The file has problems; the error has all of them.
     """
     return parse_mapping(read_toml(path), str(path), socket, path.parent)
 
@@ -51,13 +51,13 @@ def parse_mapping(content: Mapping[str, Any], where: str, socket: str | None, fo
     """Understand the content of a mapping file.
 
     Args:
-        content: What was read from the file.
-        where: What messages call the file.
+        content: The parsed file.
+        where: The name of the file, for messages.
         socket: The socket that the FMU is to fill; without it, the file must name one.
         folder: The folder that the FMU's path is relative to.
 
     Raises:
-        RequestError: With everything that is wrong with the content.
+        RequestError: The content has problems; the error has all of them.
     """
     reader = _Reader(where)
     mapping = reader.mapping(content, reader.socket(content, socket), folder)
@@ -138,8 +138,8 @@ class _Reader:
         return default
 
     def amounts(self, content: _Table, key: str) -> dict[str, Amount]:
-        found = {name: self.amount(f"{key}.{name}", value) for name, value in self.table(content, key).items()}
-        return {name: amount for name, amount in found.items() if amount is not None}
+        amounts = {name: self.amount(f"{key}.{name}", value) for name, value in self.table(content, key).items()}
+        return {name: amount for name, amount in amounts.items() if amount is not None}
 
     def amount(self, key: str, value: Any, *, plain: bool = True) -> Amount | None:
         """A value with its unit of measurement; where `plain`, it may stand without one."""

@@ -63,27 +63,27 @@ def match(
         The match of each signal that has one, and for the others the names that are equally good.
     """
     candidates = list(_candidates(offered))
-    found: dict[str, Match] = {}
+    matches: dict[str, Match] = {}
     doubtful: dict[str, list[str]] = {}
     levels = (_same, partial(_same_structure, socket), _same_leaf)
     for level in levels:
-        used = {name for m in found.values() for name in m.names}
+        used = {name for m in matches.values() for name in m.names}
         free = [c for c in candidates if not used & set(c.match.names)]
         proposals = {s.name: [c for c in free if _fits(socket, s, c) and level(s.name, c.name)] for s in signals}
-        proposals = {name: _preferred(name, options) for name, options in proposals.items() if name not in found}
+        proposals = {name: _preferred(name, options) for name, options in proposals.items() if name not in matches}
         takers: dict[str, int] = {}
         for option in (options[0] for options in proposals.values() if len(options) == 1):
             takers[option.name] = takers.get(option.name, 0) + 1
         for name, options in proposals.items():
             if len(options) == 1 and takers[options[0].name] == 1:
-                found[name] = options[0].match
+                matches[name] = options[0].match
                 doubtful.pop(name, None)
             elif options:
                 doubtful.setdefault(name, sorted(o.name for o in options))
-    for name, candidate in _whole_buses(socket, signals, candidates, found):
-        found[name] = candidate.match
+    for name, candidate in _whole_buses(socket, signals, candidates, matches):
+        matches[name] = candidate.match
         doubtful.pop(name, None)
-    return found, doubtful
+    return matches, doubtful
 
 
 def _candidates(offered: Sequence[Variable]) -> Iterator[Candidate]:

@@ -41,10 +41,10 @@ class EntryRelation:
 
     def link(self, offered: Sequence[Variable]) -> Link | None:
         """The link to the variables among those `offered`; `None` where the entry is wrong."""
-        found = self._places(offered)
-        if found is None:
+        elements = self._places(offered)
+        if elements is None:
             return None
-        places, theirs = found
+        places, theirs = elements
         if self.entry.unit is not None:
             theirs = replace(theirs, unit=self.entry.unit, base=None)
         relation = self._relation(theirs)
@@ -97,7 +97,7 @@ class EntryRelation:
         return None
 
     def _relation(self, theirs: Quantity) -> Linear | None:
-        """From theirs to ours: units of measurement, factor, offset, axes and role in one."""
+        """The conversion from theirs to ours: units of measurement, factor, offset, axes and role in one."""
         if not self.signal.quantity.type.is_float:
             return self._plain(theirs)
         role = ROLES.get(self.entry.role or "")
@@ -166,17 +166,17 @@ def amount_in(unit: str, key: str, amount: Amount, problems: list[Problem], *, p
         unit: The unit of measurement that is wanted.
         key: What messages call the number.
         amount: The number, with its own unit of measurement.
-        problems: Where a number that cannot be converted, or is not finite, is told.
+        problems: Receives a problem where the number cannot be converted, or is not finite.
         positive: Whether the number must be greater than 0.
 
     Returns:
         The number; `None` where it is wrong.
     """
-    found = unit_conversion(Quantity(amount.unit, ""), Quantity(unit, ""))
-    if found is None or not amount.unit:
+    to_unit = unit_conversion(Quantity(amount.unit, ""), Quantity(unit, ""))
+    if to_unit is None or not amount.unit:
         problems.append(Problem(key, f"unit `{amount.unit}`", f"a unit that converts to `{unit}`"))
         return None
-    value = float(found(_float(amount.value)))
+    value = float(to_unit(_float(amount.value)))
     if not math.isfinite(value) or (positive and value <= 0):
         problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
         return None
@@ -191,7 +191,13 @@ def unit_given(signal: Variable, mapping: MappingFile) -> str:
 
 
 def conventions(bus: str, mapping: MappingFile, problems: list[Problem]) -> Iterator[Convention]:
-    """What leads from the FMU's way of giving a bus to ours, in this order; what is wrong goes to `problems`."""
+    """The conventions by which the FMU gives a bus, in the order in which they are applied to reach ours.
+
+    Args:
+        bus: The bus.
+        mapping: The mapping.
+        problems: Receives a problem for a wrong distance of a reference point.
+    """
     velocity = mapping.velocities.get(bus)
     if velocity == SPEED_AND_SLIP:
         yield SpeedAndSlip()
@@ -216,8 +222,8 @@ def _float(value: Any) -> float:
 
 def conversion(theirs: Quantity, ours: Quantity) -> Linear | None:
     """The change of unit of measurement; a file that defines `deg` without the radian still means degrees."""
-    found = unit_conversion(theirs, ours)
-    return unit_conversion(replace(theirs, base=None), ours) if found is None else found
+    direct = unit_conversion(theirs, ours)
+    return unit_conversion(replace(theirs, base=None), ours) if direct is None else direct
 
 
 def _product(factor: Amount, theirs: Quantity, wanted: Quantity) -> Linear | None:
@@ -235,5 +241,5 @@ def _numbered(pattern: str, names: Mapping[str, Any]) -> list[str]:
     """The names that the pattern stands for, in the order of the number in the place of its star."""
     before, _, after = pattern.partition("*")
     matcher = re.compile(rf"{re.escape(before)}(\d+){re.escape(after)}")
-    found = {int(m[1]): name for name in names if (m := matcher.fullmatch(name))}
-    return [found[number] for number in sorted(found)]
+    by_number = {int(m[1]): name for name in names if (m := matcher.fullmatch(name))}
+    return [by_number[number] for number in sorted(by_number)]

@@ -43,7 +43,7 @@ _HINTS_OF_SIGNALS: Final = {
     "width": 'not shown: { constant = { value = 1.8, unit = "m" } }',
 }
 _MOST: Final = 5
-"""Candidates that are named."""
+"""The number of candidates that are named."""
 
 
 def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapping: str) -> str:
@@ -87,7 +87,7 @@ def write_template(text: str, path: Path) -> None:
     """Write a template to a new file.
 
     Raises:
-        RequestError: When there is such a file already, or it cannot be written.
+        RequestError: The file exists already, or cannot be written.
     """
     try:
         with path.open("x", encoding="utf-8") as file:

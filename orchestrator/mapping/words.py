@@ -10,11 +10,11 @@ from fmus.units.adaptation import Link
 from orchestrator.mapping.fitting_result import FittedSignal, Remark
 
 _MOST = 3
-"""Names that are listed one by one."""
+"""The number of names that are listed one by one."""
 
 
 def decision(signal: Variable, theirs: Sequence[Variable], link: Link) -> str:
-    """What was decided about a signal without being told, as text; empty where nothing had to be."""
+    """The decision on a signal that no mapping file gave, as text; empty where none was necessary."""
     q, ours = theirs[0].quantity, signal.quantity
     parts: list[str] = []
     if ours.type.is_float and q.type.is_float and q.unit != ours.unit:
