@@ -68,13 +68,13 @@ def obstacles(columns: SignalColumns, buses: BusPaths) -> tuple[Boxes, Array] | 
     Returns:
         The boxes, and all that is known of the obstacles row by row, `(n, values)`; None where they were not recorded.
     """
-    found = columns.bus(buses, *OBSTACLE_SIGNALS)
-    if found is None:
+    signals = columns.bus(buses, *OBSTACLE_SIGNALS)
+    if signals is None:
         return None
-    valid = found[0] != 0
-    identity, x, y, psi, length, width = (values[valid] for values in found[1:])
+    valid = signals[0] != 0
+    identity, x, y, psi, length, width = (values[valid] for values in signals[1:])
     boxes = Boxes(valid.sum(axis=1), np.nonzero(valid)[0], x, y, psi, length, width, identity.astype(np.int64))
-    return boxes, np.column_stack(found)
+    return boxes, np.column_stack(signals)
 
 
 def path_errors(columns: SignalColumns, buses: BusPaths) -> Array | None:

@@ -105,7 +105,7 @@ class EventLog:
         self._plan: Array | None = None
         """What the last line about a plan said, or the plan at the start."""
         self._plan_time = -np.inf
-        """[s] of the last line about a plan."""
+        """[s] The time of the last line about a plan."""
 
     def of(self, columns: SignalColumns, boxes: Boxes | None) -> list[Event]:
         """The events of a batch.
@@ -117,7 +117,7 @@ class EventLog:
         Returns:
             The events in the order of their rows.
         """
-        found = [
+        events = [
             *self._manoeuvre(columns),
             *self._replanned(columns),
             *self._solver(columns),
@@ -125,7 +125,7 @@ class EventLog:
             *(self._near(columns, boxes) if boxes is not None else ()),
             *self._edge(columns),
         ]
-        return sorted(found, key=lambda event: event.row)
+        return sorted(events, key=lambda event: event.row)
 
     def _manoeuvre(self, columns: SignalColumns) -> Iterator[Event]:
         phase = phases(columns, self._buses)

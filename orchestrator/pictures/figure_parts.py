@@ -119,10 +119,10 @@ def traffic(axes: Axes, columns: SignalColumns, buses: BusPaths, scene: Scene) -
         buses: The buses of its system.
         scene: The safety gap.
     """
-    found = drawing.obstacles(columns, buses)
-    if found is None or not len(found[0].x):
+    obstacles = drawing.obstacles(columns, buses)
+    if obstacles is None or not len(obstacles[0].x):
         return
-    boxes = found[0]
+    boxes = obstacles[0]
     first, last = (boxes.where(np.arange(len(boxes.count)) == i) for i in (0, len(boxes.count) - 1))
     moved = first.x.shape != last.x.shape or not np.allclose([first.x, first.y], [last.x, last.y], atol=STILL)
     if moved:

@@ -69,7 +69,7 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     """
     columns, buses = SignalColumns(frame, signals(system)), shown(system)
     figures: dict[str, Figure | None] = {"trajectory": _trajectory(columns, buses, scene)}
-    answers = [plot for found in plots.questions(system, columns.signals).values() for plot in found]
+    answers = [plot for group in plots.questions(system, columns.signals).values() for plot in group]
     held = buses.get(Actuation)
     for name, record, names in _SERIES_FILES:
         paths = {signal_path(buses, record, signal) for signal in names}

@@ -1,4 +1,4 @@
-"""What a person asks of a run, and the signals that answer; the viewer and the figures draw them."""
+"""The questions about a run, and the signals that answer them, as the viewer and the figures draw them."""
 
 from __future__ import annotations
 
@@ -108,15 +108,17 @@ def limits(system: System, signals: Sequence[Signal]) -> list[Limit]:
     """
     buses, known = shown(system), {s.path: s for s in signals}
     given = parameter_values(system, unit_that_shows(buses, Actuation))
-    found = [
+    limiting = [
         Limit(signal, f"{'-' * (side < 0)}{name}", _unit(Actuation, signal.name), side * float(given[name]))
         for actuated, name, side in _ACTUATION_LIMITS
         if name in given and (signal := known.get(signal_path(buses, Actuation, actuated)))
     ]
-    found += [Limit(signal, "limit", _unit(Tyre, signal.name), 1.0) for signal in _known(known, buses, Tyre, _SHARES)]
+    limiting += [
+        Limit(signal, "limit", _unit(Tyre, signal.name), 1.0) for signal in _known(known, buses, Tyre, _SHARES)
+    ]
     if "v_ref" in given and (speed := known.get(signal_path(buses, VehicleState, "v_x"))):
-        found.append(Limit(speed, "v_ref", _unit(VehicleState, "v_x"), float(given["v_ref"]), binds=False))
-    return found
+        limiting.append(Limit(speed, "v_ref", _unit(VehicleState, "v_x"), float(given["v_ref"]), binds=False))
+    return limiting
 
 
 def questions(system: System, signals: Sequence[Signal]) -> dict[str, list[Plot]]:
@@ -130,15 +132,15 @@ def questions(system: System, signals: Sequence[Signal]) -> dict[str, list[Plot]
         The plots, by question.
     """
     buses, known, held = shown(system), {s.path: s for s in signals}, limits(system, signals)
-    found: dict[str, list[Plot]] = {}
+    answers: dict[str, list[Plot]] = {}
     for question, quantity, record, names in _ANSWERS:
         drawn = _known(known, buses, record, names)
         if drawn:
             paths = {signal.path for signal in drawn}
             lines = {(limit.label, limit.value): limit for limit in reversed(held) if limit.signal.path in paths}
             plot = Plot(quantity, drawn[0].unit_of_measurement, drawn, tuple(lines.values()))
-            found.setdefault(question, []).append(plot)
-    return found
+            answers.setdefault(question, []).append(plot)
+    return answers
 
 
 def by_bus(signals: Sequence[Signal]) -> list[Plot]:
@@ -147,10 +149,10 @@ def by_bus(signals: Sequence[Signal]) -> list[Plot]:
     Args:
         signals: The signals that are recorded.
     """
-    found: dict[tuple[str, str | None], list[Signal]] = {}
+    groups: dict[tuple[str, str | None], list[Signal]] = {}
     for signal in (signal for signal in signals if signal.is_number):
-        found.setdefault((signal.bus, signal.unit_of_measurement or None), []).append(signal)
-    return [Plot(bus, unit, tuple(group)) for (bus, unit), group in found.items()]
+        groups.setdefault((signal.bus, signal.unit_of_measurement or None), []).append(signal)
+    return [Plot(bus, unit, tuple(group)) for (bus, unit), group in groups.items()]
 
 
 def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:

@@ -221,10 +221,10 @@ class RunPicture:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
-        if found := self._log.of(columns, boxes):
+        if lines := self._log.of(columns, boxes):
             yield LogLines(
                 entity=self.at("events"),
-                rows=np.array([event.row for event in found]),
-                texts=[f"{self._prefix}{event.text}" for event in found],
-                levels=[event.level for event in found],
+                rows=np.array([event.row for event in lines]),
+                texts=[f"{self._prefix}{event.text}" for event in lines],
+                levels=[event.level for event in lines],
             )

@@ -21,7 +21,7 @@ from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 _FIFTH_TITLE, _QUARTER_TITLE = 44, 58
 """Characters of the longest title that a view in this share of the window shows completely."""
 _OVER_ROAD: Final = (60, 40)
-"""[m] x and z of the eye where there is no vehicle to follow, so that one view shows most of the road."""
+"""[m] The x and z of the eye where there is no vehicle to follow, so that one view shows most of the road."""
 _LONGEST_LEGEND: Final = 6
 """Series; a longer legend would hide what it explains, and the viewer names a series that is pointed at."""
 _PARTS_OF_SCENERY: Final = 3
@@ -46,9 +46,9 @@ class Scenery:
     origin: str
     """The entity of the frame."""
     eye: tuple[float, float, float]
-    """[m] in the frame."""
+    """[m] The place of the eye in the frame."""
     target: tuple[float, float, float]
-    """[m] the point in the frame that the eye looks at."""
+    """[m] The point in the frame that the eye looks at."""
     up: tuple[float, float, float]
     hidden: Sequence[str]
     """Entities that this view does not show."""
@@ -68,7 +68,7 @@ class Plane:
     trails: Sequence[str]
     """Entities that show their past."""
     past: float
-    """[s] length of the past that they show."""
+    """[s] The length of the past that they show."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class ViewGroup:
     """Share of the room for each part; equal if not given."""
     title: str = ""
     columns: int = 1
-    """Of a grid."""
+    """The number of columns of a grid."""
 
 
 View: TypeAlias = Series | Scenery | Plane | Panel | ViewGroup
@@ -130,12 +130,12 @@ def _named(runs: Sequence[RunPicture]) -> str:
 
 def _states_and_log(runs: Sequence[RunPicture]) -> list[View]:
     """States over time, and the log."""
-    found: list[View] = []
+    views: list[View] = []
     if any(run.has_states for run in runs):
-        found.append(Panel("states", "Modes and solver status", "/states"))
+        views.append(Panel("states", "Modes and solver status", "/states"))
     if any(run.has_events for run in runs):
-        found.append(Panel("log", "Events", "/events"))
-    return found
+        views.append(Panel("log", "Events", "/events"))
+    return views
 
 
 def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
@@ -176,12 +176,12 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
 
 def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
     """The series that answer each question; questions without an answer are left out."""
-    found: dict[str, list[View]] = {}
+    views: dict[str, list[View]] = {}
     for question, answers in _by_question(runs).items():
-        found[question] = [*_joined(answers)]
+        views[question] = [*_joined(answers)]
     if path_errors := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
-        found.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
-    return {question: found[question] for question in plots.QUESTIONS if question in found}
+        views.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
+    return {question: views[question] for question in plots.QUESTIONS if question in views}
 
 
 def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differences: Sequence[Series]) -> View | None:
@@ -202,21 +202,21 @@ _WHEN: Final = "When was what?"
 
 def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:
     """The plots of each question, run by run; in a comparison each plot shows one signal, because a colour is a run."""
-    found: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
+    grouped: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
     for run in runs:
         for question, answers in plots.questions(run.system, run.signals).items():
             own = answers if len(runs) == 1 else [one for plot in answers for one in plot.split(run.limits)]
-            found.setdefault(question, []).append((run, own))
-    return found
+            grouped.setdefault(question, []).append((run, own))
+    return grouped
 
 
 def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool = False) -> list[Series]:
     """The plots of all runs, those with the same title in one view; titles are those of questions or `by_bus`."""
-    found: dict[str, list[tuple[RunPicture, Plot]]] = {}
+    grouped: dict[str, list[tuple[RunPicture, Plot]]] = {}
     for run, own in plots:
         for plot in own:
-            found.setdefault(plot.title, []).append((run, plot))
-    return [_series(same, by_bus=by_bus) for same in found.values()]
+            grouped.setdefault(plot.title, []).append((run, plot))
+    return [_series(same, by_bus=by_bus) for same in grouped.values()]
 
 
 def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:

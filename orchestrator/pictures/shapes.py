@@ -74,7 +74,7 @@ class Pose(Shape):
     """Place and rotation of everything below the entity."""
 
     places: Array
-    """`(n, 3)`."""
+    """The place in each row, `(n, 3)`."""
     rotations: Array | None = None
     """Quaternions x, y, z, w, `(n, 4)`."""
 
@@ -109,7 +109,7 @@ class Solids(Several):
     """Boxes."""
 
     centres: Array
-    """`(boxes, 3)`."""
+    """The centres of the boxes, `(boxes, 3)`."""
     halves: Array
     """Half of length, width and height, `(boxes, 3)`."""
     rotations: Array
@@ -130,7 +130,7 @@ class SeriesStyle(Style):
     names: Sequence[str]
     colours: Sequence[Colour]
     width: float = 1.5
-    """[pixel]."""
+    """[pixel] The width of the lines."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +146,7 @@ class PointStyle(Style):
     """How points look."""
 
     size: float
-    """[pixel], or [m] if `of_world`."""
+    """The size [pixel], or [m] if `of_world`."""
     colour: Colour | None = None
     """None where the points have their own colours."""
     of_world: bool = False
@@ -159,7 +159,7 @@ class LineStyle(Style):
     """How lines look."""
 
     size: float
-    """[pixel] width."""
+    """[pixel] The width of the lines."""
     colour: Colour | None = None
     """None where the lines have their own colours."""
     plane: bool = False
@@ -191,15 +191,15 @@ class Car(Style):
     """The box of a vehicle at the origin of its frame, with an arrow in the direction of its heading."""
 
     length: float
-    """[m]."""
+    """[m] The length of the box."""
     width: float
-    """[m]."""
+    """[m] The width of the box."""
     height: float
-    """[m]; small for a footprint."""
+    """[m] The height of the box; small for a footprint."""
     colour: Colour
     label: str
     label_at: tuple[float, float, float]
-    """[m] in the vehicle's frame."""
+    """[m] The place of the label in the vehicle's frame."""
     shared: bool = False
     """Whether other vehicles may be in the same place, so that it must be transparent."""
 
@@ -209,9 +209,9 @@ class Surface(Style):
     """A rectangle of the ground."""
 
     x: tuple[float, float]
-    """[m] from and to."""
+    """[m] The ends along the road."""
     y: tuple[float, float]
-    """[m] from and to."""
+    """[m] The ends across the road."""
     colour: Colour
 
 

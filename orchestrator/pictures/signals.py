@@ -169,7 +169,7 @@ class SignalColumns:
         self._rows = _numbers(frame, names, list(kept))
         self._places = {s.path: [at[c] for c in s.columns] for s in self.signals}
         self.time: Array = self._rows[:, 0]
-        """[s], `(n,)`."""
+        """The time of each row [s], `(n,)`."""
 
     def has(self, path: str) -> bool:
         """Whether a signal was recorded as numbers."""
