@@ -1,1 +1,1 @@
-"""The recording beside the run; the only room that imports rerun."""
+"""The recording of a run while it steps; only this package imports rerun."""

@@ -32,7 +32,7 @@ class RecordingRequest:
     about: dict[str, str]
     """The run's provenance as it is known at the start."""
     recording_id: str = field(default_factory=lambda: uuid.uuid4().hex)
-    """The streams of one run to a file and to a viewer have the same."""
+    """The identifier of the recording; the streams of one run to a file and to a viewer share it."""
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,15 @@ if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.stepping.rows import RowLog
 
 TO_FILE: Final = 0.5
-"""[s] wall time between two batches for a file: what a run may lose that is killed together with this process."""
+"""[s] Wall time between two batches for a file, which is what a run loses at most when both processes are killed."""
 TO_VIEWER: Final = 0.1
-"""[s] the same for a viewer, so that motion looks like motion."""
+"""[s] Wall time between two batches for a viewer, short enough for smooth motion."""
 _OPEN_WITHIN: Final = 60.0
-"""[s] after which the run begins although nothing is open yet."""
+"""[s] The time after which the run begins although nothing is open yet."""
 _WRITES_WITHIN, _WRITES_A_TICK_WITHIN = 60.0, 0.002
-"""[s] after the last row, and for each tick, until the process is taken to hang."""
+"""[s] The time for writing after the last row, and more for each tick, before the process is assumed to hang."""
 _CUT_SHORT_WITHIN: Final = 10.0
-"""[s] the same where the run was cut short."""
+"""[s] The time for writing where the run was cut short."""
 
 
 class RecordingProcess:

@@ -14,11 +14,11 @@ from typing import Any, Final
 from rerun.experimental import ViewerClient
 
 _ANSWERS_WITHIN: Final = 30.0
-"""[s] in which the viewer must answer, and load a recording."""
+"""[s] The time within which the viewer must answer, and load a recording."""
 _HAS_ROWS_WITHIN: Final = 5.0
-"""[s] in which the timeline of a recording with rows can be moved."""
+"""[s] The time within which the timeline of a recording with rows can be moved."""
 _DRAWS_WITHIN: Final = 10.0
-"""[s] after which a picture is taken even though it still changes."""
+"""[s] The time after which a picture is taken even though it still changes."""
 
 
 def screenshots(url: str, recording: Path, times: Sequence[float | None], settle: float) -> Iterator[bytes]:

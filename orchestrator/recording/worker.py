@@ -25,7 +25,7 @@ from orchestrator.recording.messages import NewRows, RecordingRequest
 MessageQueue: TypeAlias = "queue.SimpleQueue[bytes | None]"
 """Pickled messages in the order in which they came; None after the last."""
 _LINGERS: Final = 5.0
-"""[s] after the last message in which a viewer must take what is left; the stepping process waits for less."""
+"""[s] The time after the last message in which a viewer must take the rest; the stepping process waits for less."""
 
 
 class _WithoutPandas(MetaPathFinder):

@@ -122,8 +122,8 @@ def _view(column: str, names: Sequence[str], picture: RunPicture) -> Series:
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[RunRows]) -> list[str]:
     """Place across the road and speed, as far as all runs have them."""
-    wanted = [signal_path(pictures[0].buses, VehicleState, signal) for signal in ("y", "v_x")]
-    return [column for column in wanted if all(column in table for table in tables)]
+    paths = [signal_path(pictures[0].buses, VehicleState, signal) for signal in ("y", "v_x")]
+    return [column for column in paths if all(column in table for table in tables)]
 
 
 def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[RunRows]) -> Iterator[Problem]:
@@ -142,11 +142,11 @@ def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[R
 def _groups(run: KeptRun, table: RunRows) -> list[RunRows]:
     """The rows as they were recorded: the columns that were kept at the same ticks, without the ticks in between."""
     pace, ticks = paces(run.scenario.system, run.scenario.record), _ticks(table, run.scenario.h)
-    found: list[RunRows] = []
+    groups: list[RunRows] = []
     for every in sorted({pace.get(column, 0) for column in table} - {0}):
         at = ticks % every == 0
-        found.append({name: table[name][at] for name in table if name == "time" or pace.get(name) == every})
-    return found
+        groups.append({name: table[name][at] for name in table if name == "time" or pace.get(name) == every})
+    return groups
 
 
 def _batches(picture: RunPicture, groups: Sequence[RunRows], h: float) -> list[ShapeBatch]:

@@ -34,9 +34,9 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 
 WEB_PORT: Final = 9090
 _STARTS_WITHIN: Final = 20.0
-"""[s] in which a viewer must start before the run begins; the running simulation does not wait for it."""
+"""[s] The time within which a viewer must start before the run begins; the running simulation does not wait for it."""
 _FOLLOWS_WITHIN: Final = 1.5
-"""[s] after the last tick in which the viewer must have taken the whole run."""
+"""[s] The time after the last tick within which the viewer must have received the whole run."""
 _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 

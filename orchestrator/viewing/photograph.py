@@ -19,9 +19,9 @@ from orchestrator.viewing.rerun_program import address, free_port, serve
 PICTURE: Final = "a file .png in a folder that exists"
 """What a request for a picture may name, as messages put it."""
 _ENDS_WITHIN: Final = 10.0
-"""[s] in which the viewer must end when it is asked to, before it is killed."""
+"""[s] The time within which the viewer must end after a request, before it is killed."""
 _NOTICE: Final = 6.0
-"""[s] until the viewer has removed the notice that it opens with."""
+"""[s] The time until the viewer has removed the notice that it opens with."""
 
 
 def photograph(recording: Path, times: Sequence[float | None], *, settle: float = 0.0) -> list[bytes]:

@@ -21,7 +21,7 @@ LOOPBACK: Final = "127.0.0.1"
 PORT: Final = 9876
 """The port that viewers use unless they are given another one."""
 _ANSWERS_WITHIN: Final = 2.0
-"""[s] in which a viewer that is already running must accept a connection."""
+"""[s] The time within which a viewer that is already running must accept a connection."""
 
 
 def executable() -> str:

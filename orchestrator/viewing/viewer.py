@@ -65,14 +65,14 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
-    found = [run_folder.find(request) for request in requests]
-    problems = [item for item in found if isinstance(item, Problem)]
+    results = [run_folder.find(request) for request in requests]
+    problems = [item for item in results if isinstance(item, Problem)]
     places = [request.resolve() for request in requests]
     if len(set(places)) < len(places):
         problems.append(Problem("show", "the same run twice", "different runs"))
     if differences and len(requests) == 1:
         problems.append(Problem("--difference", "a single run", "two runs or more", "macrostep show RUN OTHER"))
-    runs = [item for item in found if isinstance(item, KeptRun)]
+    runs = [item for item in results if isinstance(item, KeptRun)]
     if len(requests) > 1:
         valid, remedy = "run folders to compare", "Their system.ssp says what was recorded."
         problems += [Problem(r.where, "a recording on its own", valid, remedy) for r in runs if r.folder is None]
