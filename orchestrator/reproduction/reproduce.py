@@ -73,7 +73,7 @@ def new_folder(out: Path | None) -> Path:
     A former reproduction at `out` is replaced; anything else that is there stays.
 
     Raises:
-        RequestError: If something else is there, or the folder cannot be written to.
+        RequestError: Something else is there, or the folder cannot be written to.
     """
     return emptied_folder("reproduce", out, "reproduction", lambda folder: (folder / EXPERIMENTS_FILE).is_file())
 

@@ -54,31 +54,31 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         The metrics by name, in SI units; those that are not finite are left out.
     """
     frame = _finite(frame)
-    found: dict[str, float] = {}
+    metrics: dict[str, float] = {}
     if not len(frame["time"]):
-        return found
-    found |= _motion(frame, buses) | _tyres(frame, buses)
+        return metrics
+    metrics |= _motion(frame, buses) | _tyres(frame, buses)
     if _has(frame, *(signal_path(buses, VehicleState, s) for s in ("x", "y", "psi"))):
         ego = _ego_boxes(frame, buses, scene)
-        found["gap_edge"] = float(edge_gap(ego, scene).min())
+        metrics["gap_edge"] = float(edge_gap(ego, scene).min())
         if _has(frame, *(signal_path(buses, ObstacleList, f"{s}[{SLOTS}]") for s in ("valid", *_BOX))):
-            found["gap_obstacle"] = float(_obstacle_gaps(frame, buses, ego).min())
-    found |= _actuation(frame, buses) | _planning(frame, buses) | _solver(frame, buses)
-    return {name: value for name, value in found.items() if np.isfinite(value)}
+            metrics["gap_obstacle"] = float(_obstacle_gaps(frame, buses, ego).min())
+    metrics |= _actuation(frame, buses) | _planning(frame, buses) | _solver(frame, buses)
+    return {name: value for name, value in metrics.items() if np.isfinite(value)}
 
 
 def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
-    """Whether the first things that one asks of a run hold, as far as its metrics tell."""
-    found: dict[str, bool] = {}
+    """The verdicts on a run that its metrics allow, such as `no_contact` and `inside_road`."""
+    verdict_of: dict[str, bool] = {}
     if "gap_obstacle" in metrics:
-        found["no_contact"] = metrics["gap_obstacle"] > 0
+        verdict_of["no_contact"] = metrics["gap_obstacle"] > 0
     if "gap_edge" in metrics:
-        found["inside_road"] = metrics["gap_edge"] >= 0
+        verdict_of["inside_road"] = metrics["gap_edge"] >= 0
     if "mu_f_max" in metrics:
-        found["within_friction_limit"] = max(metrics["mu_f_max"], metrics["mu_r_max"]) <= 1
+        verdict_of["within_friction_limit"] = max(metrics["mu_f_max"], metrics["mu_r_max"]) <= 1
     if {"solver_fallbacks", "solver_limits"} <= metrics.keys():
-        found["solver_converged"] = metrics["solver_fallbacks"] == 0 and metrics["solver_limits"] == 0
-    return found
+        verdict_of["solver_converged"] = metrics["solver_fallbacks"] == 0 and metrics["solver_limits"] == 0
+    return verdict_of
 
 
 def columns(frame: Frame, path: str, n: int) -> Array:
@@ -134,7 +134,7 @@ def _path_error(frame: Frame, buses: BusPaths) -> Array | None:
 
 
 def _motion(frame: Frame, buses: BusPaths) -> dict[str, float]:
-    found: dict[str, Any] = {}
+    metrics: dict[str, Any] = {}
     yaw_rate, speed, lateral = (
         signal_path(buses, VehicleState, "r"),
         signal_path(buses, VehicleState, "v_x"),
@@ -142,17 +142,17 @@ def _motion(frame: Frame, buses: BusPaths) -> dict[str, float]:
     )
     if _has(frame, yaw_rate):
         r = _column(frame, yaw_rate)
-        found |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
+        metrics |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
     if _has(frame, speed):
         v_x = _column(frame, speed)
-        found |= {"v_x_min": v_x.min(), "v_x_max": v_x.max()}
+        metrics |= {"v_x_min": v_x.min(), "v_x_max": v_x.max()}
     if _has(frame, yaw_rate) and len(frame["time"]) > 1:
         # The mean over each step, so that any plant can be compared.
         r_dot = np.diff(_column(frame, yaw_rate)) / np.diff(_column(frame, "time"))
-        found |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
+        metrics |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
     if _has(frame, lateral):
-        found["a_y_peak"] = np.abs(_column(frame, lateral)).max()
-    return {name: float(value) for name, value in found.items()}
+        metrics["a_y_peak"] = np.abs(_column(frame, lateral)).max()
+    return {name: float(value) for name, value in metrics.items()}
 
 
 def _tyres(frame: Frame, buses: BusPaths) -> dict[str, float]:
@@ -169,28 +169,28 @@ def _actuation(frame: Frame, buses: BusPaths) -> dict[str, float]:
 
 
 def _planning(frame: Frame, buses: BusPaths) -> dict[str, float]:
-    found: dict[str, float] = {}
+    metrics: dict[str, float] = {}
     error = _path_error(frame, buses)
     if error is not None:
-        found |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
+        metrics |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
     y, upper, lower = (signal_path(buses, Plan, f"{signal}[1]") for signal in ("y", "y_upper", "y_lower"))
     if _has(frame, y, upper, lower):
         planned = _column(frame, y)
         outside = (planned > _column(frame, upper)) | (planned < _column(frame, lower))
-        found["corridor_violations"] = float(outside.sum())
-    return found
+        metrics["corridor_violations"] = float(outside.sum())
+    return metrics
 
 
 def _solver(frame: Frame, buses: BusPaths) -> dict[str, float]:
-    found: dict[str, float] = {}
+    metrics: dict[str, float] = {}
     if _has(frame, name := signal_path(buses, Solver, "status")):
         status = _column(frame, name)
-        found["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
-        found["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
+        metrics["solver_limits"] = float((status == SolverStatus.iteration_limit).sum())
+        metrics["solver_fallbacks"] = float((status == SolverStatus.fallback).sum())
     for signal in ("iterations", "kkt"):
         if _has(frame, name := signal_path(buses, Solver, signal)):
-            found[f"solver_{signal}_max"] = float(_column(frame, name).max())
-    return found
+            metrics[f"solver_{signal}_max"] = float(_column(frame, name).max())
+    return metrics
 
 
 def _finite(frame: Frame) -> dict[str, NDArray[Any]]:

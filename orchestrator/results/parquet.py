@@ -86,15 +86,15 @@ def _bits(values: np.ndarray[Any, Any]) -> pa.Buffer:
 
 def _descriptions(system: System) -> dict[str, dict[str, str]]:
     """Unit of measurement, meaning and items of each signal element."""
-    found: dict[str, dict[str, str]] = {}
+    descriptions: dict[str, dict[str, str]] = {}
     for unit, source in system.units.items():
         for variable in source.interface.outputs:
             q = variable.quantity
             description = {"unit": q.unit, "description": q.description}
             if q.type is Type.ENUMERATION and q.enumeration is not None:
                 description["items"] = json.dumps({item.name: item.value for item in q.enumeration})
-            found |= {f"{unit}.{element}": description for element in variable.elements}
-    return found
+            descriptions |= {f"{unit}.{element}": description for element in variable.elements}
+    return descriptions
 
 
 def _values(column: pa.ChunkedArray) -> np.ndarray[Any, Any]:

@@ -47,15 +47,15 @@ class Pieces:
     """The lines and arcs of n paths, each field of shape `(n, pieces)`."""
 
     x: Array
-    """[m] start of the piece, along the road."""
+    """[m] Start of the piece, along the road."""
     y: Array
-    """[m] start of the piece, across the road."""
+    """[m] Start of the piece, across the road."""
     psi: Array
-    """[rad] direction at the start."""
+    """[rad] Direction at the start."""
     kappa: Array
-    """[1/m] curvature, positive to the left; 0 for a line."""
+    """[1/m] Curvature, positive to the left; 0 for a line."""
     length: Array
-    """[m] arc length."""
+    """[m] Arc length."""
 
     def points(self, s: Array) -> tuple[Array, Array, Array]:
         """Position and direction at the arc lengths `s` `(n, pieces)` from the start of each piece."""

@@ -1,4 +1,4 @@
-"""Provenance: the versions that a result depends on, and what a run's summary tells of where it comes from."""
+"""Provenance: the versions that a result depends on, and the facts in a run's summary about its origin."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ def versions() -> dict[str, str]:
     """The versions of macrostep, of Python and of the libraries that a result can depend on, by name."""
     from importlib import metadata  # noqa: PLC0415 - slow to import, and the facts of a summary do not need it
 
-    found = {"macrostep": own_version(), "python": platform.python_version()}
-    return found | {name: metadata.version(name) for name in _LIBRARIES}
+    version_of = {"macrostep": own_version(), "python": platform.python_version()}
+    return version_of | {name: metadata.version(name) for name in _LIBRARIES}
 
 
 def own_version() -> str:
@@ -28,7 +28,7 @@ def own_version() -> str:
 
 
 def facts(summary: Mapping[str, Any]) -> dict[str, str]:
-    """What a person first wants to know of a run: scenario, status, fault, units and versions.
+    """The most important facts about a run: scenario, status, fault, units and versions.
 
     Args:
         summary: The content of `summary.json`; empty for a run that was cut short.
@@ -38,12 +38,12 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     """
     if not summary:
         return {"status": "cut short: there is no summary.json"}
-    found = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
+    texts = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
     if "fault" in summary:
-        found |= fault_facts(summary["fault"])
+        texts |= fault_facts(summary["fault"])
     for name, unit in summary["units"].items():
-        found[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
-    return found | dict(summary["versions"])
+        texts[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
+    return texts | dict(summary["versions"])
 
 
 def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""The run folder: the names of its files, how a new one begins, and what is left of a run, even when it was cut short.
+"""The run folder: the names of its files, the start of a new one, and what remains of a run that was cut short.
 
 A run folder holds `SIGNALS` (all signals, with units of measurement in the metadata), `RECORDING` (Rerun), `SUMMARY`
 (metrics, verdicts, versions, hashes, parameters), `SYSTEM` and pictures in `FIGURES`. The summary is written last: a
@@ -30,7 +30,7 @@ FIGURES: Final = "figures"
 VALID_RUN: Final = "a run folder, or an .rrd file"
 """What a request for a run may name, as messages put it."""
 _KEYS: Final = {"scenario", "title", "status", "units", "versions"}
-"""What every summary tells; a file without them is something else."""
+"""The entries of every summary; a file without them is not one."""
 _REMEDY: Final = "Make a run: macrostep run static"
 
 

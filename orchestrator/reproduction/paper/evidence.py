@@ -76,7 +76,7 @@ class Timing:
     p50_us: float
     p99_us: float
     ratio_p50: float
-    """To the p50 of the controller that the list of experiments names."""
+    """The ratio of the p50 to that of the controller that the list of experiments names."""
     ratio_p99: float
 
 

@@ -128,7 +128,7 @@ def load(path: Path = EXPERIMENTS) -> Experiments:
     """Read the list of experiments.
 
     Raises:
-        RequestError: With every name in the list that is unknown or stands there twice.
+        RequestError: Names in the list are unknown or stand there twice; the error has all of them.
     """
     experiments = checked(Experiments, read_toml(path), path.name)
     raise_if_any(_problems(experiments, path.name))

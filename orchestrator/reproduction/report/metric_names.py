@@ -40,7 +40,7 @@ _DECIDING_TITLES: Final = METRIC_TITLES | {
     "cases": "variations compared",
     "cannot be compared": "variations not comparable",
 }
-"""Beside the metrics of a run, those that stand in the cases of verdicts only."""
+"""In addition to the metrics of a run, those that occur only in the cases of verdicts."""
 
 _TABLES: Final = (
     ("Safety and accuracy", ("gap_obstacle", "gap_edge", "corridor_violations", "path_error_rms", "path_error_max")),

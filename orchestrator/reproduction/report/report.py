@@ -30,13 +30,13 @@ class Report:
 
     experiments: Experiments
     outcomes: Mapping[str, Outcome]
-    """By the name of the run."""
+    """The outcomes by the name of the run."""
     evidence: Evidence
     verdicts: Sequence[Verdict]
-    """On the claims of the paper."""
+    """The verdicts on the claims of the paper."""
     goals: Sequence[Verdict]
     figures: Sequence[ReportFigure]
-    """Those that were drawn."""
+    """The figures that were drawn."""
     varied: JudgedSet | None = None
 
 

@@ -81,7 +81,7 @@ class VariedCase:
 
     @property
     def stop_time(self) -> float:
-        """[s] until the last obstacle is passed; where none is, until the vehicle is as far as in the scenario."""
+        """[s] The time until the last obstacle is passed; without one, until the vehicle is where the scenario ends."""
         d: Mapping[str, Any] = self.drawn
         if self.task == "dynamic":
             distance, closing = 113.0, d["v"]
@@ -139,7 +139,7 @@ def request(count: int, seed: int) -> VariedRequest:
     """The first `count` cases of a seed.
 
     Raises:
-        RequestError: If `count` is not positive, or `seed` is negative.
+        RequestError: `count` is not positive, or `seed` is negative.
     """
     if count < 1:
         raise refuse("--varied", f"{count}", "a whole number of cases, 1 or more")
@@ -153,7 +153,7 @@ def load(path: Path = VARIATIONS) -> VariedPlan:
     """Read the plan of the varied set.
 
     Raises:
-        RequestError: With every name in the plan that is unknown.
+        RequestError: Names in the plan are unknown; the error has all of them.
     """
     plan = checked(VariedPlan, read_toml(path), path.name)
     raise_if_any(_problems(plan, path.name))

@@ -41,7 +41,7 @@ class CaseResults:
 
     case: VariedCase
     results: Mapping[str, Result]
-    """By the controller's name in the plan."""
+    """The results by the controller's name in the plan."""
     faults: Mapping[str, str]
     """What ended a run before its time, by the controller's name in the plan."""
 
@@ -125,7 +125,7 @@ def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
     """Change parameters of a prepared scenario, as `--set` would.
 
     Raises:
-        RequestError: If a setting does not fit, or the scenario has no scene.
+        RequestError: A setting does not fit, or the scenario has no scene.
     """
     if scenario.scene is None:
         raise refuse(scenario.name, "no scene", "a scenario with a scene")
