@@ -1,4 +1,4 @@
-"""What a person asks to run becomes a scenario: by name or file, an SSP file, a former run, or a single FMU."""
+"""A person's request becomes a scenario: a name, a scenario file, an SSP file, a former run, or a single FMU."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Finished:
 
 @dataclass(frozen=True)
 class Execution:
-    """How a run is executed: what records it, who watches it, how fast it goes, and whether figures are drawn."""
+    """How a run is executed: its recorder, its live stream, its pace, and whether figures are drawn."""
 
     recorder: Recorder = field(default_factory=Afterwards)
     """Writes `recording.rrd`; after the run, if not given"""

@@ -24,12 +24,12 @@ def reproduce(
         from orchestrator.reproduction.paper import experiments  # noqa: PLC0415
         from orchestrator.reproduction.varied import variations  # noqa: PLC0415
 
-        wanted = experiments.load()
+        listed = experiments.load()
         request = variations.request(varied, seed) if varied != 0 else None
         target = reproduction.new_folder(folder)
     driven = _drive(request) if request is not None else None
     with working() as progress:
-        report = reproduction.reproduce(wanted, target, progress, driven)
+        report = reproduction.reproduce(listed, target, progress, driven)
     for verdict in report.verdicts:
         out.print(f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}")
     out.print(f"{report.folder}/  report.html  report.md  report.json  runs/  figures/")

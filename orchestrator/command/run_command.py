@@ -66,9 +66,11 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             from orchestrator.run import Execution, execute  # noqa: PLC0415
             from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
-            wanted = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
+            stream_options = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
             loaded = load(scenario, options, progress)
-            stream = None if wanted is None else watching.enter_context(LiveStream(wanted, print_message))
+            stream = (
+                None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))
+            )
             finished = execute(loaded, folder, progress, Execution(context.obj, stream, realtime))
         print_notes(loaded.remarks + finished.notes)
         _print_summary(finished)

@@ -172,14 +172,14 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitS
 
 def _has_implementation(archive: Archive, component: Component, file: str, findings: Findings) -> bool:
     """Whether an FMU has the FMI type that its component asks for; the findings say where it has not."""
-    wanted = component.implementation
+    implementation = component.implementation
     present = archive.interface_types
-    if wanted in INTERFACE_TYPES and wanted not in present:
+    if implementation in INTERFACE_TYPES and implementation not in present:
         valid = choices(present)
-        findings.add_problem(component.where, f"no {wanted} in {file}", valid)
+        findings.add_problem(component.where, f"no {implementation} in {file}", valid)
         return False
-    if wanted in present and wanted != present[0]:
-        found = f"{wanted} asked for of {file}, which has CoSimulation too"
+    if implementation in present and implementation != present[0]:
+        found = f"{implementation} asked for of {file}, which has CoSimulation too"
         valid = "CoSimulation, which is used where there is a choice, or any"
         findings.add_breach(component.where, found, valid)
     return True

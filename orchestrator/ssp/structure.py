@@ -123,13 +123,13 @@ def _element(node: Node, context: _Context, name: str) -> SystemElement | None:
 
 
 def _dictionary_reference(node: Node, context: _Context, name: str) -> SignalDictionaryReference | None:
-    document, wanted = context.document, node.get(Attribute.DICTIONARY, "")
-    if wanted not in context.dictionaries:
-        close = did_you_mean(wanted, context.dictionaries)
-        unknown = f"the signal dictionary `{wanted}`"
+    document, dictionary_name = context.document, node.get(Attribute.DICTIONARY, "")
+    if dictionary_name not in context.dictionaries:
+        close = did_you_mean(dictionary_name, context.dictionaries)
+        unknown = f"the signal dictionary `{dictionary_name}`"
         document.findings.add_problem(document.at(node, name), unknown, choices(context.dictionaries), close)
         return None
-    dictionary = context.dictionaries[wanted]
+    dictionary = context.dictionaries[dictionary_name]
     reference = SignalDictionaryReference(name, context.path, document.at(node), dictionary=dictionary)
     _add_connectors_and_bindings(reference, node, context, None)
     return reference

@@ -71,7 +71,7 @@ class AlgebraicLoop:
                 state.forget(before)
 
     def settle(self) -> None:
-        """The same in Initialization Mode. Raises `UnitError`."""
+        """Find outputs that agree with each other, in Initialization Mode. Raises `UnitError`."""
 
         def evaluate(z: NDArray[np.float64]) -> NDArray[np.float64]:
             return self._evaluate(z, None, 0.0)

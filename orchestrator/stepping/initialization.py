@@ -54,8 +54,8 @@ def initialise(
     for unit, path, kind, at in table.elements():
         if not _settled(kind, before[kind][at : at + 1], outputs[kind][at : at + 1]):
             now = f"`{path}` is still {outputs[kind][at]} after {INITIALIZATION_PASSES} passes"
-            said = f"it was {before[kind][at]} in the pass before"
-            raise UnitError(unit, f"the initialisation does not settle: {now}", [said])
+            earlier = f"it was {before[kind][at]} in the pass before"
+            raise UnitError(unit, f"the initialisation does not settle: {now}", [earlier])
 
 
 def _settled(kind: Type, before: Column, now: Column) -> bool:

@@ -92,7 +92,7 @@ class Simulation:
         self._table = SignalTable(system)
         self.log = RowLog(self._table, self.last_tick + 1, record)
         self.step_times = np.zeros(self.last_tick + 1)
-        """[s] wall time of each macro step."""
+        """[s] Wall time of each macro step."""
         self._written = WrittenInputs(system)
         self._units: dict[str, Unit] = {}
 
@@ -147,9 +147,9 @@ class Simulation:
     def _checked(self, unit: Unit, status: object) -> None:
         if isinstance(status, int) and status > FMI_WARNING:
             words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
-            said = f": {'; '.join(unit.messages)}" if unit.messages else ""
+            messages = f": {'; '.join(unit.messages)}" if unit.messages else ""
             raise SimulationError(
-                self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + said
+                self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + messages
             )
 
     def step(self) -> Tick:

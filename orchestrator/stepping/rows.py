@@ -21,7 +21,7 @@ from orchestrator.system.experiment import EVERYTHING, Choice
 from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
-"""[byte] the most that rows may take; they are kept in memory, and a machine runs out of it without a warning."""
+"""[byte] The largest size of all rows; they are kept in memory, and a machine runs out of it without a warning."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,16 @@ class RowBatch:
     first: int
     every: int
     blocks: Mapping[Type, NDArray[Any]]
-    """By type, the values of the group's elements, (rows, elements)."""
+    """By type, the values of the group's elements, of shape (rows, elements)."""
     step_times: NDArray[np.float64]
-    """[s] wall times of these ticks, (rows,)."""
+    """[s] Wall times of these ticks, of shape (rows,)."""
 
     def __len__(self) -> int:
         return len(self.step_times)
 
     @property
     def ticks(self) -> NDArray[np.int64]:
-        """The tick of each row, (rows,)."""
+        """The tick of each row, of shape (rows,)."""
         return self.first + self.every * np.arange(len(self), dtype=np.int64)
 
     def columns(self, elements: Sequence[RecordedElement], h: float) -> dict[str, NDArray[Any]]:

@@ -153,7 +153,7 @@ def open_dependencies_close_a_loop(system: System) -> bool:
 
 @dataclass(frozen=True)
 class _AsDeclared(UnitSource):
-    """A unit with the dependencies that its file declares, and no others; it is only looked at."""
+    """A unit with the dependencies that its file declares, and no others; it is inspected, but never opened."""
 
     source: UnitSource
 
@@ -235,13 +235,13 @@ def _groups(needs: Needs) -> list[list[str]]:
 
 
 def _reachable(name: str, needs: Needs) -> set[str]:
-    found: set[str] = set()
+    reached: set[str] = set()
     ahead = list(needs[name])
     while ahead:
-        if (source := ahead.pop()) not in found:
-            found.add(source)
+        if (source := ahead.pop()) not in reached:
+            reached.add(source)
             ahead.extend(needs[source])
-    return found
+    return reached
 
 
 def _check_loops(  # noqa: PLR0913 - what is known of a loop
@@ -287,4 +287,4 @@ def _chain(needs: Needs) -> str:
     except CycleError as error:
         # graphlib lists each unit before the one that needs it, the first once more at the end
         return ", ".join(str(needs[user][source]) for source, user in itertools.pairwise(error.args[1]))
-    raise AssertionError("no loop")  # pragma: no cover - asked only where there is one
+    raise AssertionError("no loop")  # pragma: no cover - called only where there is one
