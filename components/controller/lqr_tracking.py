@@ -71,7 +71,15 @@ class LqrTracking(Tracking):
         return Gain(e=K[0], e_dot=K[1], psi_e=K[2], psi_e_dot=K[3])
 
     def steady_turn(self, kappa: float, v: float) -> tuple[float, float]:
-        """Heading error and steering angle of a steady turn without lateral error."""
+        """A steady turn without lateral error.
+
+        Args:
+            kappa: The curvature [1/m], positive to the left.
+            v: The speed [m/s].
+
+        Returns:
+            The heading error and the steering angle, both in rad.
+        """
         C_f, C_r, L = 2 * self.C_alpha_f, 2 * self.C_alpha_r, self.l_f + self.l_r
         psi_e = -(self.l_r - self.l_f * self.m * v * v / (L * C_r)) * kappa
         delta_f = (L + self.m / L * (self.l_r / C_f - self.l_f / C_r) * v * v) * kappa

@@ -97,7 +97,17 @@ class Tracking(PathPlanning):
         return combine(kept, before, self.manoeuvre(before, u))
 
     def actuation(self, delta_f: float, v_d: float, integral: float, ego: VehicleState) -> tuple[Actuation, float]:
-        """Steering within its bounds with the torque for the speed `v_d`, and the next integral."""
+        """The bounded actuation, with the torque of the speed controller.
+
+        Args:
+            delta_f: The steering angle that is asked for [rad].
+            v_d: The desired speed [m/s].
+            integral: The integral part of the torque [N.m].
+            ego: The state of the vehicle.
+
+        Returns:
+            The actuation, and the next integral [N.m].
+        """
         slow = v_d - ego.v_x
         wanted = self.K_p * slow + integral
         T_r = bounded(wanted, -self.T_bmax, self.T_dmax)

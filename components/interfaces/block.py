@@ -69,11 +69,22 @@ class Block(ABC, Generic[U, X, Y]):
 
     @abstractmethod
     def output(self, x: X, u: U) -> Y:
-        """The outputs at a communication point."""
+        """The outputs at a communication point.
+
+        Args:
+            x: The state at this instant.
+            u: The inputs at this instant.
+        """
 
     @abstractmethod
     def step(self, x: X, u: U, h: float) -> X:
-        """The state `h` seconds later, with the inputs held."""
+        """The state after a step, with the inputs held.
+
+        Args:
+            x: The state at the beginning of the step.
+            u: The inputs during the step.
+            h: The length of the step [s], at most `max_step`.
+        """
 
     @classmethod
     def dimensions(cls) -> dict[str, int]:
@@ -108,7 +119,15 @@ class Continuous(Block[U, X, Y]):
 
     @abstractmethod
     def derivative(self, x: X, u: U) -> X:
-        """dx/dt."""
+        """The time derivative of the state, dx/dt.
+
+        Args:
+            x: The state.
+            u: The inputs.
+
+        Returns:
+            A record of the type of the state, whose values are rates per second.
+        """
 
     def step(self, x: X, u: U, h: float) -> X:
         """One Runge-Kutta step with the inputs held."""
@@ -120,7 +139,12 @@ class Sampled(Block[U, X, Y]):
 
     @abstractmethod
     def sample(self, x: X, u: U) -> tuple[X, Y]:
-        """The next state and the outputs of this sample."""
+        """The next state and the outputs of this sample.
+
+        Args:
+            x: The state that the previous sample gave.
+            u: The inputs at this instant.
+        """
 
     def output(self, x: X, u: U) -> Y:
         """The outputs of a sample taken now."""

@@ -55,6 +55,10 @@ def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
     A unit that is not declared fits any other, and numbers pass unchanged. Two unknown units fit when they are spelled
     alike.
 
+    Args:
+        found: The quantity of the values, such as that of an output.
+        wanted: The quantity that they are converted to, such as that of an input.
+
     Returns:
         The conversion; `None` where the two units measure different quantities.
     """
@@ -75,6 +79,10 @@ def type_fits(found: Quantity, wanted: Quantity) -> bool:
 
     Equal types, integers in wider ones, numbers in floats that can hold them (a Float64 in a Float32 is rounded), and
     enumerations in Int64; two enumerations must have the same items.
+
+    Args:
+        found: The quantity of the values, such as that of an output.
+        wanted: The quantity that receives them, such as that of an input.
     """
     if found.type == wanted.type:
         return not (found.enumeration and wanted.enumeration) or _items(found) == _items(wanted)

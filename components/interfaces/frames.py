@@ -9,6 +9,14 @@ def to_road(psi: float, forward: float, left: float) -> tuple[float, float]:
     """A vector of the body frame, resolved in the road frame.
 
     ``x = forward cos(psi) - left sin(psi)``, ``y = forward sin(psi) + left cos(psi)``
+
+    Args:
+        psi: The yaw angle of the body [rad].
+        forward: The component of the vector along the body.
+        left: The component to the left.
+
+    Returns:
+        The components x and y, in the unit of measurement of the vector.
     """
     return forward * cos(psi) - left * sin(psi), forward * sin(psi) + left * cos(psi)
 

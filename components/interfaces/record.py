@@ -120,7 +120,13 @@ def pack(value: object) -> Array:
 
 
 def unpack(cls: type[R], column: Array, dimensions: Mapping[str, int] | None = None) -> R:
-    """The record of type `cls` whose `pack` is `column`; the inverse of `pack`."""
+    """The record whose `pack` is a column; the inverse of `pack`.
+
+    Args:
+        cls: The type of the record.
+        column: Numbers or symbols, of shape (size(cls),).
+        dimensions: The structural constants that give named array lengths.
+    """
     unpacked, _ = _unpack(cls, column, {} if dimensions is None else dimensions, 0)
     return unpacked
 
@@ -165,7 +171,13 @@ def combine(function: Callable[..., Any], first: R, *others: R) -> R:
 
 
 def value_problems(value: object, where: str, dimensions: Mapping[str, int] | None = None) -> list[Problem]:
-    """What is wrong with the numbers in a record; symbols are passed over."""
+    """The problems of the numbers in a record; symbols are not checked.
+
+    Args:
+        value: The record.
+        where: The path of the record, for messages.
+        dimensions: The structural constants that give named array lengths.
+    """
     declared = variables(type(value), dimensions)
     return [
         problem

@@ -11,7 +11,16 @@ _X = TypeVar("_X")
 
 
 def runge_kutta(derivative: Callable[[_X], _X], x: _X, h: float) -> _X:
-    """The state `h` seconds later along ``dx/dt = derivative(x)``; `x` and its derivative are records of one type."""
+    """One step along ``dx/dt = derivative(x)``.
+
+    Args:
+        derivative: The time derivative of a state, as a record of the type of the state.
+        x: The state at the beginning of the step.
+        h: The length of the step [s].
+
+    Returns:
+        The state at the end of the step.
+    """
     k_1 = derivative(x)
     k_2 = derivative(combine(_along(h / 2), x, k_1))
     k_3 = derivative(combine(_along(h / 2), x, k_2))
