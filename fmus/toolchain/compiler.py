@@ -57,6 +57,10 @@ class Compiler:
     def link(self, objects: Sequence[Path], target: Path) -> None:
         """Link object files to a shared library that needs no other libraries than libc and libm.
 
+        Args:
+            objects: The object files.
+            target: The shared library to write.
+
         Raises:
             BuildError: The linker fails.
         """

@@ -38,7 +38,7 @@ class ReusedUnit(Fmu3Unit):
             _idle.setdefault(self._key, []).append(self)
 
     def release(self) -> None:
-        """Release the FMU for good."""
+        """Release the FMU, so that it cannot be used again."""
         super().close()
 
 
