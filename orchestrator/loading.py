@@ -82,6 +82,6 @@ def with_options(scenario: Scenario, options: Options) -> Scenario:
 def _algorithm(scenario: Scenario, options: Options) -> Algorithm:
     if options.algorithm:
         return algorithm_named(options.algorithm)
-    # Jacobi has no algebraic loops: where loops are to be solved, another algorithm must be meant.
+    # Jacobi has no algebraic loops, so a request to solve loops implies another algorithm.
     jacobi = scenario.algorithm is Algorithm.JACOBI
     return Algorithm.SEQUENTIAL if options.solve_loops and jacobi else scenario.algorithm

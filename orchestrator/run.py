@@ -92,7 +92,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
                 ended = fault or _step(simulation, pacer)
             except KeyboardInterrupt as interrupt:  # Ctrl-C before the first step
                 ended = fault or interrupt
-            # Closing the units may take a while, and Ctrl-C must not interrupt that either.
+            # Closing the units may take several seconds, and Ctrl-C must not interrupt that either.
             undisturbed.enter_context(_without_interrupts())
         for recorder in execution.recorders:
             recorder.end(request.about | summary.ending(ended))

@@ -89,7 +89,7 @@ def _recorder(subcommand: str, arguments: list[str]) -> AbstractContextManager[R
 
 
 def _sockets(subcommand: str) -> Iterable[Socket]:
-    """The sockets where the subcommand has options for them; they take a while to import."""
+    """The sockets where the subcommand has options for them; importing them is slow."""
     if subcommand not in {run.__name__, export.__name__}:
         return ()
     from components.interfaces.sockets import SOCKETS  # noqa: PLC0415

@@ -12,7 +12,7 @@ import typer
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 
-if TYPE_CHECKING:  # it takes a while to import, and most subcommands do without it
+if TYPE_CHECKING:  # it is slow to import, and most subcommands do not need it
     from components.interfaces.socket import Socket
 
 

@@ -69,7 +69,7 @@ def check(path: Path, socket: str | None = None, out: Path | None = None) -> Che
 
 def _ssp(path: Path) -> Checked:
     """Describe the system in an SSP file."""
-    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - its readers take a while to import
+    from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - slow to import
 
     scenario = ssp_reader.read(path)
     system = scenario.system

@@ -70,7 +70,7 @@ def write(request: str, options: Options, targets: Targets, progress: Progress) 
 
 
 def default_mode(request: str) -> Mode:
-    """How blocks are exported if nobody chooses: as FMI 2.0, which every tool reads; a fixed system stays as it is.
+    """How blocks are exported by default: as FMI 2.0, which every tool reads; a fixed system stays as it is.
 
     Args:
         request: What is exported, as `load` takes it.

@@ -1,4 +1,4 @@
-"""FMUs of other makers in a socket: as they are where they offer just what it asks for, else behind a mapping."""
+"""FMUs of other makers in a socket: as they are where they have its interface, else behind a mapping."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ def conversion(theirs: Quantity, ours: Quantity) -> Linear | None:
 
 
 def _product(factor: Amount, theirs: Quantity, wanted: Quantity) -> Linear | None:
-    """The conversion where the factor has a unit of measurement, by which theirs comes to measure what ours does."""
+    """The conversion by a factor with a unit of measurement; None where the product has another dimension than ours."""
     f, b, w = Quantity(factor.unit, "").base_unit, theirs.base_unit or BaseUnit({}), wanted.base_unit
     if f is None or w is None:
         return None

@@ -86,6 +86,10 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
 def write_template(text: str, path: Path) -> None:
     """Write a template to a new file.
 
+    Args:
+        text: The text of the template.
+        path: The file, which must not exist.
+
     Raises:
         RequestError: The file exists already, or cannot be written.
     """

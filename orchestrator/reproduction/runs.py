@@ -111,6 +111,12 @@ def execute_all(
 
     Slow runs begin first, so that no core is idle while the last one ends.
 
+    Args:
+        runs: The runs as they were planned.
+        folder: The folder of all run folders.
+        pool: The processes that execute the runs.
+        progress: Receives a report on each run.
+
     Returns:
         The outcomes by the name of the run, in the order of `runs`.
     """

@@ -34,6 +34,11 @@ TIMED_PASSES: Final = 3
 def measure(plan: TimingPlan, outcomes: Mapping[str, Outcome], progress: Progress) -> list[Timing]:
     """Measure the controllers of a plan; a native one in this process and as an FMU.
 
+    Args:
+        plan: The controllers, and the run whose states they are given.
+        outcomes: The executed runs by name.
+        progress: Receives a report on each pass over the samples.
+
     Returns:
         Median and 99th percentile of the time per sample of each controller, in each way that it runs.
     """

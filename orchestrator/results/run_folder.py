@@ -100,7 +100,7 @@ def write_system(scenario: Scenario, folder: Path) -> None:
         scenario: What is run.
         folder: The run folder.
     """
-    from orchestrator.ssp import writer as ssp_writer  # noqa: PLC0415 - whoever reads runs has no need of it
+    from orchestrator.ssp import writer as ssp_writer  # noqa: PLC0415 - reading runs does not need it
 
     ssp_writer.write(scenario, folder / SYSTEM)
 

@@ -95,7 +95,7 @@ class Assembly:
                     self.wiring[f"{unit.name}.{name}"] = f"{clock.unit.name}.{clock.output.variable.name}"
 
     def parameters(self, unit: SspUnit, only: tuple[str, ...] | None = None) -> dict[str, tuple[Any, ParameterValue]]:
-        """The values of a unit's parameters and start values, and where they come from; connected ones win.
+        """The values of a unit's parameters and start values, and their sources; connected values replace others.
 
         Args:
             unit: The unit.
@@ -212,7 +212,7 @@ class Assembly:
 
     def _values_of_connectors(self, ends: Sequence[ResolvedConnection]) -> Iterator[_GivenValue]:
         for end in ends:
-            for passed in reversed(end.passed):  # a binding further out wins
+            for passed in reversed(end.passed):  # bindings further out replace those further in
                 value = self.values.connectors.get(passed.path)
                 connector = self.graph.connector(passed.path)
                 if value is not None and connector is not None:

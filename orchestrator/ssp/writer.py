@@ -63,6 +63,10 @@ _ROLES: Final[Mapping[ConnectorKind, str]] = {
 def write(scenario: Scenario, path: Path) -> None:
     """Write a scenario's system with its FMUs and parameter values as one `.ssp` file; equal systems, equal bytes.
 
+    Args:
+        scenario: The system and its experiment.
+        path: The file, which is replaced if it exists.
+
     Raises:
         RequestError: The folder cannot be written to.
     """

@@ -2,7 +2,7 @@
 
 `sequential` (the default) has no hidden delay, as the sorted order of a fixed-step Simulink model. A unit is *early*
 when its outputs show by stepping and one of its connected outputs depends on a connected input (a controller): at t_k
-it must read and step before others can read it. So is one that nobody reads, if it depends on its inputs. All other
+it must read and step before others can read it. So is one that no unit reads, if it depends on its inputs. All other
 units are *late*: they show their outputs at t_k, and step to t_{k+1} once their inputs at t_k are known. Outputs of a
 late unit that depend on its inputs are shown again when these are known, if the unit can do that
 (`Interface.output_after_set`).

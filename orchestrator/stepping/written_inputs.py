@@ -1,4 +1,4 @@
-"""Inputs that are written by hand during a run, and what they received in each row."""
+"""Inputs that a program writes during a run, and the values that they received in each row."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class LiveStream:
 
     Args:
         options: How the run is watched.
-        tell: Called with each line for the person who watches.
+        tell: Called with each line of text for the user.
     """
 
     def __init__(self, options: LiveOptions, tell: Callable[[str], None]) -> None:

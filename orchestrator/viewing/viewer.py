@@ -36,13 +36,13 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     Args:
         requests: Run folders or recordings.
         differences: Of several runs, the signal elements whose differences from the first are shown.
-        tell: Called with each line for the person who waits.
+        tell: Called with each line of text for the user.
         web: Whether to open a browser instead of a window.
         picture: A PNG file that is written instead of opening the viewer.
         times: Times [s] of the run at which pictures are taken; one file for each.
 
     Raises:
-        RequestError: A request cannot be met; all that is wrong with the requests is told at once.
+        RequestError: A request cannot be met; the error has the problems of all requests.
     """
     runs = _found(requests, differences)
     if times and picture is None:

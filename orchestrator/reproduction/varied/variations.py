@@ -136,7 +136,11 @@ class VariedRequest:
 
 
 def request(count: int, seed: int) -> VariedRequest:
-    """The first `count` cases of a seed.
+    """The first cases of a seed.
+
+    Args:
+        count: The number of cases.
+        seed: The seed of the random numbers.
 
     Raises:
         RequestError: `count` is not positive, or `seed` is negative.

@@ -101,6 +101,11 @@ def run_case(case: VariedCase, plan: VariedPlan) -> CaseResults:
 def simulate(case: VariedCase, controller: VariedController, plant: str) -> tuple[pd.DataFrame, Scene, str]:
     """Simulate one case with one controller.
 
+    Args:
+        case: The case.
+        controller: The controller, which replaces that of the scenario.
+        plant: The name of the plant's block.
+
     Returns:
         All rows, the scene, and the fault that ended the simulation, or an empty text.
     """
@@ -123,6 +128,13 @@ def _prepared(task: str, controller: str, plant: str) -> Scenario:
 
 def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
     """Change parameters of a prepared scenario, as `--set` would.
+
+    Args:
+        scenario: The scenario.
+        texts: The changes, written as for `--set`.
+
+    Returns:
+        The changed system and the changed scene.
 
     Raises:
         RequestError: A setting does not fit, or the scenario has no scene.
