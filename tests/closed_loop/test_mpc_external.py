@@ -1,4 +1,7 @@
-"""Three algorithms, one problem: they meet the same minimiser."""
+"""Three algorithms, one problem: they meet the same minimiser.
+
+This shows `mpc_external.py`.
+"""
 
 from __future__ import annotations
 

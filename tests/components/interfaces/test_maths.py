@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces import maths
-from components.interfaces.frames import corners, to_road
 
 finite = st.floats(-50, 50)
 EXPRESSIONS = {
@@ -58,18 +57,6 @@ def test_the_branch_that_is_not_taken_may_be_no_number(graph):
 
 def test_joining_nothing_gives_an_empty_column():
     assert maths.joined([]).shape == (0,)
-
-
-@given(psi=st.floats(-4, 4), forward=finite, left=finite)
-def test_the_way_to_the_road_frame_is_a_rotation_of_the_complex_plane(psi, forward, left):
-    turned = complex(forward, left) * np.exp(1j * psi)
-    assert complex(*to_road(psi, forward, left)) == pytest.approx(turned, rel=1e-13, abs=1e-13)
-
-
-def test_the_corners_of_a_box_start_front_left_and_run_counter_clockwise():
-    assert corners(10.0, 1.0, 0.0, 4.0, 2.0) == [(12.0, 2.0), (8.0, 2.0), (8.0, 0.0), (12.0, 0.0)]
-    turned = corners(0.0, 0.0, np.pi / 2, 4.0, 2.0)  # facing left: the front left corner is behind on the left
-    assert np.allclose(turned, [(-1, 2), (-1, -2), (1, -2), (1, 2)], atol=1e-15)
 
 
 @pytest.mark.parametrize("value", [0.0, -9.9, 9.9, 10.0, -10.5, np.inf, -np.inf, np.nan])

@@ -7,7 +7,6 @@ import re
 import pytest
 
 from components import BLOCKS
-from components.interfaces.buses import SLOTS, WAYPOINTS, SolverStatus
 from components.interfaces.record import variables
 from components.interfaces.sockets import CONTROLLER, PLANT, SOCKETS, TRAFFIC
 from components.interfaces.units_of_measurement import BASE_UNITS, UNITS_OF_MEASUREMENT
@@ -46,22 +45,6 @@ def test_a_socket_has_the_buses_signals_and_units_of_the_design(socket, inputs, 
     assert SOCKETS[socket.name] is socket
 
 
-def test_types_and_lengths_of_the_obstacles_bus_are_those_of_the_design():
-    found = {v.name: (str(v.quantity.type), v.shape) for v in variables(TRAFFIC.outputs["obstacles"])}
-    assert found == {
-        "valid": ("Boolean", (8,)),
-        "id": ("Int32", (8,)),
-        **dict.fromkeys(("x", "y", "psi", "v", "length", "width"), ("Float64", (8,))),
-    }
-    assert (SLOTS, WAYPOINTS) == (8, 15)
-
-
-def test_the_solver_tells_status_and_iterations_as_enumeration_and_whole_number():
-    found = {v.name: str(v.quantity.type) for v in variables(CONTROLLER.optional["solver"])}
-    assert found == {"status": "Enumeration", "iterations": "Int32", "cost": "Float64", "kkt": "Float64"}
-    assert [item.name for item in SolverStatus] == ["converged", "iteration_limit", "fallback"]
-
-
 @pytest.mark.parametrize("kind", BLOCKS.values(), ids=BLOCKS)
 def test_every_block_of_the_catalogue_fits_the_socket_it_names(kind):
     assert kind.socket.problems("unit", kind.inputs(), kind.outputs()) == []
@@ -72,15 +55,6 @@ def test_no_block_fits_a_socket_it_does_not_name(kind):
     for socket in SOCKETS.values():
         if socket is not kind.socket:
             assert socket.problems("unit", kind.inputs(), kind.outputs())
-
-
-def test_a_unit_with_fewer_inputs_than_the_socket_offers_fits():
-    assert CONTROLLER.problems("unit", BLOCKS["coast"].inputs()[:3], BLOCKS["coast"].outputs()) == []
-
-
-def test_a_horizon_of_any_length_fits_but_a_second_dimension_does_not():
-    plan = variables(CONTROLLER.optional["plan"], {"N_p": 12}, prefix="plan.")
-    assert CONTROLLER.problems("unit", [], [*BLOCKS["coast"].outputs(), *plan]) == []
 
 
 SYMBOLS = {"N": {"kg": 1, "m": 1, "s": -2}, **{unit: {unit: 1} for unit in BASE_UNITS}, "1": {}}

@@ -1,4 +1,7 @@
-"""The bicycle against equations (1)-(3) worked out by hand, and against what is known of such a vehicle."""
+"""The bicycle against equations (1)-(3) worked out by hand, and against what is known of such a vehicle.
+
+This also shows `single_track.py`: the bicycle adds no more than the forces of linear tyres.
+"""
 
 from __future__ import annotations
 

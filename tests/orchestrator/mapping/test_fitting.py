@@ -1,6 +1,6 @@
 """How an FMU fits a socket: what is found, what is said about it, and what is refused, with the exact words.
 
-What `relations`, `constants`, `adapted_interface`, `words` and `fitting_result` do is shown here, too.
+This also shows `relations.py`, `constants.py`, `adapted_interface.py`, `words.py` and `fitting_result.py`.
 """
 
 from __future__ import annotations

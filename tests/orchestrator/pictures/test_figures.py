@@ -1,4 +1,4 @@
-"""The figures of a run, and the parts that they consist of (`figure_parts`)."""
+"""The figures of a run, and the parts that they consist of (`figure_parts.py`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The process that records, on both sides of its pipe: `process`, `messages` and `worker`."""
+"""The process that records, on both sides of its pipe: `process.py`, `messages.py` and `worker.py`."""
 
 from __future__ import annotations
 

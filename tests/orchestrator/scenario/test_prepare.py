@@ -1,4 +1,7 @@
-"""From a scenario and a person's options to a checked system."""
+"""From a scenario and a person's options to a checked system.
+
+This also shows `scenario/options.py`.
+"""
 
 from __future__ import annotations
 

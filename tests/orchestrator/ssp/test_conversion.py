@@ -1,6 +1,6 @@
 """Values change their units and are transformed on their way, hop by hop, as the standard says.
 
-This shows `conversion` and `transformations`.
+This shows `conversion.py` and `transformations.py`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """SSPs of other makers: structure and experiment become a system that runs like one built by hand, or in FMPy.
 
-This shows `reader`, `structure`, `system_elements`, `connection_graph`, `assembly` and `default_experiment`.
+This shows `reader.py`, `structure.py`, `system_elements.py`, `connection_graph.py`, `assembly.py` and
+`default_experiment.py`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What of an SSP cannot be run is refused by name, with its file and line, all of it at once, before anything runs.
 
-This shows what `archive`, `rules`, `types`, `connections`, `ssp_units` and `connection_graph` refuse.
+This shows what `archive.py`, `rules.py`, `types.py`, `connections.py`, `ssp_units.py` and `connection_graph.py` refuse.
 """
 
 from __future__ import annotations

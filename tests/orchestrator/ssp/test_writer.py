@@ -1,6 +1,6 @@
 """A system as an SSP file, and back.
 
-This shows `writer`, `parameter_set_writer`, `element_names` and `xml`.
+This shows `writer.py`, `parameter_set_writer.py`, `element_names.py` and `xml.py`.
 """
 
 from __future__ import annotations

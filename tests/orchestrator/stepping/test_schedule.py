@@ -13,7 +13,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import simulate
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop, schedule
-from orchestrator.system.experiment import Algorithm, algorithm_named
+from orchestrator.system.experiment import Algorithm
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System
 from tests.orchestrator.blocks import Gain, Held, Sum, system
@@ -62,12 +62,6 @@ def test_jacobi_shows_a_controller_one_step_late():
 def test_without_event_mode_clocked_is_sequential():
     made = prepare("static", Options(mode="blocks")).system
     assert str(schedule(made, Algorithm.CLOCKED)) == str(schedule(made))
-
-
-def test_an_unknown_algorithm_is_refused_with_those_there_are():
-    with pytest.raises(RequestError) as error:
-        algorithm_named("gauss")
-    assert str(error.value) == "algorithm: found `gauss`; valid: clocked, jacobi, sequential"
 
 
 def test_an_algebraic_loop_is_shown_as_its_chain():

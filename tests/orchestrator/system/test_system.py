@@ -135,11 +135,6 @@ def test_a_file_that_is_no_fmu_is_refused(static, tmp_path):
         System({**static.units, "plant": Fmu(path)}, WIRING)
 
 
-def test_a_block_with_its_values_is_a_source(static):
-    values = static.units["plant"].parameters
-    assert block_source(BLOCKS["bicycle"](**values)).parameters == values
-
-
 @record
 class Inputs:
     """A plant that also feels the wind."""

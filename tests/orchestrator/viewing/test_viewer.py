@@ -1,6 +1,6 @@
 """Runs in the real viewer: what its pictures hold, view by view, and what is said when it cannot open.
 
-The pictures are taken by `photograph` and `recording.viewer_client`; `rerun_program` starts the viewer.
+The pictures are taken by `photograph.py` and `recording/viewer_client.py`; `rerun_program.py` starts the viewer.
 """
 
 from __future__ import annotations
