@@ -1,0 +1,20 @@
+"""The versions of FMI, as they stand in names and texts."""
+
+from __future__ import annotations
+
+import pytest
+
+from fmus.toolchain.version import Version
+
+
+def test_a_version_stands_in_texts_as_its_number():
+    assert [f"fmi{version}" for version in Version] == ["fmi2", "fmi3"]
+    assert [f"FMI {version}.0" for version in Version] == ["FMI 2.0", "FMI 3.0"]
+    assert str(Version.FMI2) == "2"
+
+
+def test_a_version_is_found_by_its_number_and_no_other_is():
+    assert Version(3) is Version.FMI3
+    assert Version.FMI2 < Version.FMI3
+    with pytest.raises(ValueError, match="1"):
+        Version(1)
