@@ -62,13 +62,14 @@ def resolve(
     """
     known = {v.name: v for v in declared}
     result = Resolution(where)
-    given = given or {}
     origins: dict[str, str] = {}
-    for name, value in [*(defaults or {}).items(), *given.items()]:
+    # a parameter file may hold values for other units too
+    own = {name: value for name, value in (defaults or {}).items() if name in known}
+    for name, value in [*own.items(), *(given or {}).items()]:
         variable = known.get(name)
         origins[name] = value.source
         if variable is None:
-            result.problems += [_unknown(result.path(name), name, known)] if name in given else []
+            result.problems.append(_unknown(result.path(name), name, known))
         elif value.unit != variable.quantity.unit:
             valid = f"unit `{variable.quantity.unit}`"
             result.problems.append(Problem(result.path(name), f"unit `{value.unit}`", valid))
@@ -107,6 +108,9 @@ def _set_element(path: str, variable: Variable, values: dict[str, Any], setting:
         return [Problem(element, "no such element", f"1 to {size}" if size else "a scalar parameter")]
     if problems := replace(variable.quantity, shape=()).problems(element, setting.value):
         return problems
-    values[setting.name] = [*values[setting.name]]
-    values[setting.name][setting.index - 1] = setting.value
+    items: Any = values.get(setting.name)
+    if not isinstance(items, list) or len(items) < size:  # type: ignore[unknown]
+        whole = f"Give all of them first: --set {path}=[...]."
+        return [Problem(element, "an element of an array whose others have no values", f"{size} values", whole)]
+    values[setting.name] = [*items[: setting.index - 1], setting.value, *items[setting.index :]]
     return []

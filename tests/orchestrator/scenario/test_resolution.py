@@ -181,3 +181,18 @@ def test_a_unit_that_differs_is_told():
     given = {"ego_length": Given(value=460.0, unit="cm", source="test")}
     problems = resolve("scene", variables(Scene), parameter_set("scene"), given).problems
     assert [str(p) for p in problems] == ["scene.ego_length: found unit `cm`; valid: unit `m`"]
+
+
+def test_an_unknown_name_is_told_once_also_where_a_file_holds_it_for_others():
+    both = values("file", wings=2.0)
+    assert messages(both, both) == ["car.wings: found an unknown parameter; valid: gain, mass, open, places"]
+
+
+@pytest.mark.parametrize("before", [[], [[1.0, 2.0]], [3.0]], ids=["nothing", "too few", "one number"])
+def test_an_element_of_an_array_without_values_is_refused(before):
+    set_before = [Setting("car", "places", None, value) for value in before]
+    found = resolve("car", DECLARED, settings=[*set_before, element(3, 5.0)])
+    assert str(found.problems[0]) == (
+        "car.places[3]: found an element of an array whose others have no values; valid: 3 values. "
+        "Give all of them first: --set car.places=[...]."
+    )
