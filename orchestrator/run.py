@@ -47,7 +47,7 @@ class Execution:
     """How a run is executed: its recorder, its live stream, its pace, and whether figures are drawn."""
 
     recorder: Recorder = field(default_factory=Afterwards)
-    """Writes `recording.rrd`; after the run, if not given"""
+    """Writes `recording.rrd`; after the run, if not given."""
     live: LiveStream | None = None
     """Streams the run to a viewer."""
     realtime: float | None = None

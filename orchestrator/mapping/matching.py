@@ -24,7 +24,7 @@ from components.interfaces.sockets import SOCKETS
 
 _INDEX: Final = re.compile(r"[\[(](\d+)[\])]|(?<=[A-Za-z])_?(\d+)(?=[._]|$)")
 _DIRECTIONS: Final = ("in", "out", "input", "output")
-"""What the names of structures may begin with, besides what sockets are called"""
+"""Words that names of structures may begin with, besides the names of sockets."""
 
 
 @dataclass(frozen=True)
