@@ -65,7 +65,7 @@ def match(
     candidates = list(_candidates(offered))
     matches: dict[str, Match] = {}
     doubtful: dict[str, list[str]] = {}
-    levels = (_same, partial(_same_structure, socket), _same_leaf)
+    levels = (_same, partial(_same_structure, socket, _prefix()), _same_leaf)
     for level in levels:
         used = {name for m in matches.values() for name in m.names}
         free = [c for c in candidates if not used & set(c.match.names)]
@@ -127,16 +127,20 @@ def _same(signal: str, name: str) -> bool:
     return name == signal
 
 
-def _same_structure(socket: Socket, signal: str, name: str) -> bool:
+def _same_structure(socket: Socket, prefix: re.Pattern[str], signal: str, name: str) -> bool:
     bus, _, leaf = signal.partition(".")
     plain = _plain(name)
-    sockets = [word for known in SOCKETS.values() for word in (known.name, *known.other_names)]
-    prefixes = "|".join(re.escape(word) for word in (*_DIRECTIONS, *sockets))
-    for variant in {plain, re.sub(rf"^({prefixes})+(?=.)", "", plain)}:
+    for variant in {plain, prefix.sub("", plain)}:
         for alias in socket.bus(bus).other_names or (bus,):
             if variant in {alias + _plain(leaf), alias + "bus" + _plain(leaf)}:
                 return True
     return False
+
+
+def _prefix() -> re.Pattern[str]:
+    """What the name of a structure may begin with: a direction, or what a socket is called."""
+    sockets = [word for known in SOCKETS.values() for word in (known.name, *known.other_names)]
+    return re.compile(f"^({'|'.join(map(re.escape, (*_DIRECTIONS, *sockets)))})+(?=.)")
 
 
 def _same_leaf(signal: str, name: str) -> bool:
