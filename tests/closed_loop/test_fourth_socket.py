@@ -28,6 +28,7 @@ from components import (
 )
 from fmus import Version, build
 from orchestrator import Options, RequestError, load, simulate
+from orchestrator.scenario.catalogue import built_folder
 from tests.orchestrator.foreign import relabelled
 
 
@@ -94,6 +95,8 @@ def driver():
     yield
     remove_socket("driver")
     remove_block("novice")
+    for fmu in built_folder().glob("*/novice.fmu"):
+        fmu.unlink()  # other tests count what is there
 
 
 @pytest.fixture
