@@ -19,7 +19,7 @@ from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
 from orchestrator.results.parquet import write_signals
-from orchestrator.results.provenance import versions
+from orchestrator.results.provenance import facts, versions
 from orchestrator.results.run_folder import FIGURES, RECORDING, SIGNALS, new_folder, write_system
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.pacing import Pacer
@@ -204,10 +204,5 @@ def _recorded(
 
 def _about(scenario: Scenario) -> dict[str, str]:
     """The provenance of the run, which its recording shows."""
-    units = summary.units(scenario.system)
-    return {
-        "scenario": f"{scenario.name}: {scenario.title}",
-        "status": "running",
-        **{f"unit {name}": f"{unit['kind']}, {unit['runs_as']}" for name, unit in units.items()},
-        **versions(),
-    }
+    content = {"scenario": scenario.name, "title": scenario.title, "status": "running"}
+    return facts({**content, "units": summary.units(scenario.system), "versions": versions()})
