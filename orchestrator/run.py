@@ -115,6 +115,8 @@ def _simulation(scenario: Scenario) -> Simulation:
         scenario.system,
         h=scenario.h,
         until=scenario.until,
+        start=scenario.start,
+        tolerance=scenario.tolerance,
         record=scenario.record,
         algorithm=scenario.algorithm,
         solve_loops=scenario.solve_loops,
@@ -196,7 +198,8 @@ def _recorded(
         again.end({**request.about, **ending})
         problem = again.wait()
     missing = len(simulation.log.at_every_tick) < len(paces(simulation.system, EVERYTHING))
-    notes = ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []
+    notes = list(simulation.remarks)
+    notes += ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []
     notes += [f"recording.rrd is not whole: {problem}"] if problem else []
     notes += [behind] if execution.live is not None and (behind := execution.live.wait()) else []
     return tuple(notes)

@@ -70,6 +70,16 @@ class Archive:
         """The stop time [s] of its default experiment."""
         return _number(getattr(self.description.defaultExperiment, "stopTime", None))
 
+    @property
+    def default_start_time(self) -> float:
+        """The start time [s] of its default experiment."""
+        return _number(getattr(self.description.defaultExperiment, "startTime", None)) or 0.0
+
+    @property
+    def default_tolerance(self) -> float | None:
+        """The relative tolerance of its default experiment."""
+        return _number(getattr(self.description.defaultExperiment, "tolerance", None))
+
     def declares(self, name: str) -> bool:
         """Whether it declares a variable of a name, also one that no master exchanges."""
         return any(v.name == name for v in self.description.modelVariables)

@@ -42,6 +42,8 @@ from fmpy.fmi2 import (
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
+    fmi2LastSuccessfulTime,
+    fmi2Terminated,
 )
 from fmpy.fmi3 import (
     FMU3Model,
@@ -83,6 +85,8 @@ __all__ = [
     "fmi2CallbackFreeMemoryTYPE",
     "fmi2CallbackFunctions",
     "fmi2CallbackLoggerTYPE",
+    "fmi2LastSuccessfulTime",
+    "fmi2Terminated",
     "fmi3Error",
     "fmi3Float64",
     "fmi3IntervalChanged",

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +17,7 @@ from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface
 from fmus.units.capabilities import StateCapability
-from fmus.units.unit import Column, Operation, TypedColumns, Unit, UnitError, positions
+from fmus.units.unit import WHOLE_TIME, Column, Horizon, Operation, TypedColumns, Unit, UnitError, positions
 
 
 @lru_cache
@@ -107,13 +107,15 @@ class BlockUnit(Unit):
         self._get_copies: list[tuple[Column, Column]] = []
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
+        del unset  # a block has no values of its own for inputs
         self._set_copies = [(mine, theirs) for mine, theirs in _pairs(self._block.inputs(), self._u, inputs)]
         self._get_copies = [(theirs, mine) for mine, theirs in _pairs(self._block.outputs(), self._memory.y, outputs)]
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
         """As `Unit.enter_initialization`. Raises `RequestError` when values are missing or out of range."""
+        del horizon  # no block depends on time itself
         self._p[:] = pack(self._block(**parameters))
         start = _evaluation(self._lowered.start, [self._p], [self._memory.x])
         start()
@@ -151,6 +153,10 @@ class BlockUnit(Unit):
             self._evaluate_step()
             memory.x[:] = self._next
         memory.held = self._lowered.sampled
+
+    @override
+    def terminate(self) -> None:
+        """Nothing to end."""
 
     @override
     def close(self) -> None:

@@ -15,15 +15,21 @@ class EventCapability(ABC):
     """Event Mode of FMI 3.0: the unit acts at an instant t_k, without advancing in time.
 
     The order of calls is `use` before the unit is bound; then at each instant `activate`, the unit's setters and
-    getters, and `update`. Methods return a false value, or the FMI status that they met.
+    getters, and `update`. Methods return a false value, or the FMI status that they met; they raise `EndRequested` as
+    the unit's step does.
     """
 
+    demanded = False
+    """Whether the unit runs with Event Mode only, also where the schedule does not use it."""
+
     @abstractmethod
-    def use(self, h: float) -> None:
+    def use(self, h: float, *, settles: bool = False) -> None:
         """Use Event Mode from now on; called once, before `Unit.bind`.
 
         Args:
             h: The communication step of the unit [s], which is the interval of clocks that have none of their own.
+            settles: Whether an event at the end of a step is handled by that step, with the inputs of the step, so that
+                the outputs at that instant show it; otherwise `activate` handles it.
 
         Raises:
             UnitError: The unit cannot be started with Event Mode.

@@ -4,52 +4,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from typing_extensions import override
 
-from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.capabilities import EventCapability
+from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.event_mode import EventError, EventMode, StepResult
-from fmus.units.fmu_unit import Fmu3Unit
-from fmus.units.unit import Operation, TypedColumns, Unit, UnitError, views
-from fmus.units.value_calls import AccessVerb
+from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 
 class ClockedUnit(Fmu3Unit):
     """As `Fmu3Unit`, until its events are used."""
 
     def __init__(self, name: str, archive: Archive) -> None:
+        self._event_mode_used = False
         super().__init__(name, archive)
-        self.events = self._events = ClockedEvents(self, self._fmu, self._instantiate_again)
+        self.events = self._events = ClockedEvents(self, self._fmu, self._use_event_mode)
+        self._events.demanded = self._event_mode_used
 
-    def _instantiate_again(self) -> None:
-        """Replace the instance by one with Event Mode."""
-        self._free_instance()
+    @override
+    def _make_quiet_instance(self) -> None:
+        """Make an instance without Event Mode, or with it where the FMU demands it."""
         try:
-            self._fmu.instantiate(loggingOn=True, eventModeUsed=True, earlyReturnAllowed=True, logMessage=self._logged)
+            super()._make_quiet_instance()
+        except Exception:  # noqa: BLE001 - FMPy raises bare Exception
+            self._event_mode_used = True
+            try:
+                super()._make_quiet_instance()
+            except Exception:
+                self._event_mode_used = False
+                raise
+            self.messages.clear()
+            self.remarks.append("it runs with Event Mode only, which it is given")
+
+    @override
+    def _instantiate(self, *, logging: bool) -> None:
+        events = self._event_mode_used
+        self._fmu.instantiate(
+            loggingOn=logging, eventModeUsed=events, earlyReturnAllowed=events, logMessage=self._logged
+        )
+
+    def _use_event_mode(self) -> None:
+        """Replace an instance without Event Mode by one with it."""
+        if self._event_mode_used:
+            return
+        self._free_instance()
+        self._event_mode_used = True
+        try:
+            super()._make_quiet_instance()
         except Exception as error:  # FMPy raises bare Exception
             raise UnitError(self.name, f"could not be instantiated with Event Mode ({error})", self.messages) from error
         self._take_address()
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
-        super().bind(inputs, outputs)
-        if self._events.mode is not None and self._archive.clocks_of:
-            self._setters = list(self._by_clock("Set", self.interface.inputs, inputs, self._events.mode))
-            self._getters = list(self._by_clock("Get", self.interface.outputs, outputs, self._events.mode))
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
+        super().bind(inputs, outputs, unset)
+        mode = self._events.mode
+        if mode is None:
+            return
+        if self._archive.clocks_of:
+            moves = self._each("Set", inputs)
+            moves = {name: move for name, move in moves.items() if name not in unset}
+            self._setters = list(self._by_clock(moves, mode))
+            self._getters = list(self._by_clock(self._each("Get", outputs), mode))
+        if self._events.demanded and mode.settles and self._setters:
+            self._setters = [self._events.open, *self._setters, self._events.settle]
 
-    def _by_clock(
-        self, direction: AccessVerb, variables: Iterable[Variable], columns: TypedColumns, mode: EventMode
-    ) -> Iterable[Operation]:
-        """A call for each variable; that of a clocked one does nothing while none of its clocks ticks."""
-        slots = views(tuple(variables), columns)
-        for variable in variables:
-            move = self._calls.mover(direction, [variable], slots[variable.name])
-            clocks = self._archive.clocks_of.get(variable.name)
+    def _by_clock(self, moves: Mapping[str, Operation], mode: EventMode) -> Iterable[Operation]:
+        """The calls; that of a clocked variable does nothing while none of its clocks ticks."""
+        for name, move in moves.items():
+            clocks = self._archive.clocks_of.get(name)
             yield move if clocks is None else _while_active(move, clocks, mode)
 
     @override
@@ -60,7 +88,7 @@ class ClockedUnit(Fmu3Unit):
             return
         self._events.check("the clocks could not be set", mode.prepare)
         super().exit_initialization()
-        self._events.check("the clocks could not be read", mode.begin)
+        self._events.check("the clocks could not be read", mode.begin, self._horizon.start)
 
     @override
     def step(self, t: float, h: float) -> object:
@@ -82,11 +110,11 @@ class ClockedEvents(EventCapability):
     Args:
         unit: The unit, for its messages and its clocks.
         fmu: The FMU as an object of FMPy.
-        instantiate_again: Replaces the instance by one with Event Mode.
+        use_event_mode: Sees to it that the instance has Event Mode.
     """
 
-    def __init__(self, unit: Unit, fmu: Any, instantiate_again: Callable[[], None]) -> None:
-        self._unit, self._fmu, self._instantiate_again = unit, fmu, instantiate_again
+    def __init__(self, unit: Unit, fmu: Any, use_event_mode: Callable[[], None]) -> None:
+        self._unit, self._fmu, self._use_event_mode = unit, fmu, use_event_mode
         self.mode: EventMode | None = None
         """The events of the present instance, once they are used."""
 
@@ -103,9 +131,17 @@ class ClockedEvents(EventCapability):
         return self.mode
 
     @override
-    def use(self, h: float) -> None:
-        self._instantiate_again()
-        self.mode = EventMode(self._fmu, self._unit.interface.clocks, h)
+    def use(self, h: float, *, settles: bool = False) -> None:
+        self._use_event_mode()
+        self.mode = EventMode(self._unit.name, self._fmu, self._unit.interface.clocks, h, settles=settles)
+
+    def open(self) -> object:
+        """Enter Event Mode at the present time, where the schedule does not do it."""
+        return 0 if not self._used.running else self.check("Event Mode failed", self._used.activate, self._used.now)
+
+    def settle(self) -> object:
+        """End what `open` began."""
+        return 0 if not self._used.running else self.update(self._used.now, 0.0)
 
     @override
     def activate(self, t: float, h: float) -> object:

@@ -3,7 +3,8 @@
 At t_k: `activate` enters Event Mode and makes the clocks tick that are due or were triggered; then inputs are set and
 outputs are read; `update` iterates the discrete states and notes which output clocks tick. `step` leads to t_{k+1}: it
 stops wherever a clock of the FMU is due or the FMU returns early, handles that instant with the inputs as they are, and
-goes on. Output clocks that tick in between are forwarded at the next communication point.
+goes on; likewise an event at t_{k+1} itself, unless `activate` follows before anybody reads. Output clocks that tick in
+between are forwarded at the next communication point.
 """
 # pyright: basic
 # FMPy carries few types; everything that leaves this file is annotated.
@@ -20,7 +21,7 @@ from fmus.toolchain.fmpy_library import (
     fmi3IntervalQualifier,
     fmi3ValueReference,
 )
-from fmus.units.unit import FMI_WARNING
+from fmus.units.unit import FMI_WARNING, EndRequested
 
 EVENT_ITERATIONS: Final = 1000
 """The most event iterations at one instant; an FMU that needs more is assumed never to settle."""
@@ -44,17 +45,27 @@ class StepResult(NamedTuple):
 
 
 class EventMode:
-    """The event handling of one running FMU. The methods raise `EventError` and FMPy's `FMICallException`.
+    """The event handling of one running FMU.
+
+    The methods raise `EventError`, FMPy's `FMICallException` and `EndRequested`.
 
     Args:
+        name: Name of the unit.
         fmu: FMPy's object, whose instance was made with Event Mode.
         clocks: All clocks of the FMU.
         h: The communication step of the unit [s].
+        settles: Whether a step handles the event at its end.
     """
 
-    def __init__(self, fmu: Any, clocks: tuple[Clock, ...], h: float) -> None:
+    def __init__(self, name: str, fmu: Any, clocks: tuple[Clock, ...], h: float, *, settles: bool = False) -> None:
+        self._name = name
         self._fmu = fmu
         self._h = h
+        self.settles = settles
+        self.running = False
+        """Whether the initialisation is over."""
+        self.now = 0.0
+        """[s] The time of the FMU."""
         self._time_based = [c for c in clocks if c.is_time_based]
         self._outputs = [c for c in clocks if c.causality == "output"]
         self._references = {c.name: c.reference for c in clocks}
@@ -77,17 +88,20 @@ class EventMode:
             intervals = (fmi3Float64 * len(own))(*[self._h] * len(own))
             self._fmu.setIntervalDecimal(references, intervals)
 
-    def begin(self) -> None:
-        """Begin after Initialization Mode: in Event Mode, with the first tick of each time-based clock."""
-        self._in_event_mode = True
+    def begin(self, start: float = 0.0) -> None:
+        """Begin after Initialization Mode, at `start` [s]: in Event Mode, with the first tick of time-based clocks."""
+        self._in_event_mode = self.running = True
+        self.now = start
         for clock in self._time_based:
             if clock.interval_variability == "constant":
-                self._regular(clock.reference, clock.shift, clock.interval or self._h)
+                self._regular(clock.reference, start + clock.shift, clock.interval or self._h)
             elif clock.interval_variability in SET_BY_IMPORTER:
                 interval = self._h if clock.interval is None else self._interval(clock)[0]
-                self._regular(clock.reference, self._shift(clock), interval)
+                self._regular(clock.reference, start + self._shift(clock), interval)
             else:
-                self._ask(clock, 0.0)
+                self._ask(clock, start)
+        if self.settles:
+            self.update(start)
 
     def activate(self, t: float) -> None:
         """Enter Event Mode at `t` and make the clocks tick that are due, or were triggered."""
@@ -100,7 +114,7 @@ class EventMode:
             self._fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
             again, terminate, *_ = self._fmu.updateDiscreteStates()
             if terminate:
-                raise EventError(f"it asked for the end of the simulation at {t:g} s")
+                raise EndRequested(self._name, t)
             self.active = frozenset()
             if not again:
                 break
@@ -132,11 +146,11 @@ class EventMode:
             if status > FMI_WARNING:
                 return status
             if terminate:
-                raise EventError(f"it asked for the end of the simulation at {reached:g} s")
+                raise EndRequested(self._name, reached)
             if not interrupted and reached <= now:
                 raise EventError(f"it returned early from its step without having moved, at {now:g} s")
-            now = reached if reached < target - _tolerance(target) else target
-            if now < end - _tolerance(end):
+            self.now = now = reached if reached < target - _tolerance(target) else target
+            if now < end - _tolerance(end) or (interrupted and self.settles):
                 self._enter(now, set())  # clocks that other units trigger wait for the communication point
                 self.update(now)
         return 0

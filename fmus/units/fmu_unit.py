@@ -1,7 +1,7 @@
-"""Co-Simulation FMUs as units in this process: one foreign call per direction and type, on memory that is shared.
+"""FMUs as units in this process: one foreign call per direction and type, on memory that is shared.
 
 FMPy loads the library and leads the instance through its life cycle; the calls of every macro step go to the library's
-functions directly (`fmus.units.value_calls`).
+functions directly (`fmus.units.value_calls`). What differs between the versions is in `fmus.units.co_simulation`.
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import ctypes
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
@@ -24,27 +25,21 @@ from components.interfaces.quantity import DTYPES
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
-from fmus.toolchain.fmpy_library import (
-    FMICallException,
-    calloc,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi3Error,
-    free,
-)
+from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.capabilities import StateCapability
-from fmus.units.fmi2_logger import formatting_logger, register, release
-from fmus.units.fmi_api import FMI2_API, FMI3_API, FmiApi
-from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
-from fmus.units.value_calls import ADDRESS, ValueCalls, library_function
+from fmus.units.fmi_api import FmiApi
+from fmus.units.unit import WHOLE_TIME, Horizon, Operation, TypedColumns, Unit, UnitError, carry_out, views
+from fmus.units.value_calls import AccessVerb, ValueCalls
 
 _FAILURES = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
-"""FMI 2.0's names for the categories of messages that say why a call failed."""
+"""FMI's names for the categories of messages that say why a call failed."""
 
 
 class FmuUnit(Unit):
-    """What the units of both versions of FMI share: unpacking, life cycle, values and state.
+    """What the units of all versions of FMI share: unpacking, life cycle, values and state.
+
+    The stop time of a run is told only to an FMU that does not run without it: one that is told may compute its whole
+    result for that time.
 
     Args:
         name: Name of the unit, which is also that of the instance.
@@ -61,6 +56,9 @@ class FmuUnit(Unit):
         self._archive = archive
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
+        self._parameters: Mapping[str, Any] = {}
+        self._horizon = WHOLE_TIME
+        self._stop_is_told = False
         self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
             temporary = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
@@ -80,8 +78,12 @@ class FmuUnit(Unit):
         return self.api.co_simulation
 
     @abstractmethod
-    def _instantiate(self) -> None:
-        """Call FMPy's `instantiate`, which raises bare Exception."""
+    def _instantiate(self, *, logging: bool) -> None:
+        """Call FMPy's `instantiate`, which raises bare Exception, with all messages or with none."""
+
+    @abstractmethod
+    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+        """Lead the instance to Initialization Mode. Raises `UnitError`."""
 
     @abstractmethod
     def _prepare_step(self) -> None:
@@ -89,9 +91,9 @@ class FmuUnit(Unit):
 
     def _make_instance(self) -> None:
         try:
-            self._instantiate()
+            self._make_quiet_instance()
         except Exception as error:
-            reason = f" ({'; '.join(dict.fromkeys(self.messages))})" if self.messages else ", and does not say why"
+            reason = f" ({'; '.join(self.messages.said())})" if self.messages else ", and does not say why"
             token = f"{self.api.token} `{self._archive.description.guid}`"
             raise refuse(
                 str(self._archive.path),
@@ -100,6 +102,17 @@ class FmuUnit(Unit):
                 "Export the FMU again.",
             ) from error
         self._take_address()
+
+    def _make_quiet_instance(self) -> None:
+        """Make an instance that says why a call failed, and nothing else: a log of everything takes time."""
+        try:
+            self._instantiate(logging=False)
+        except Exception:  # noqa: BLE001 - a second attempt with logging, without which many give no reason
+            self._instantiate(logging=True)
+        categories = [c.name for c in self._archive.description.logCategories if c.name in _FAILURES]
+        if categories:
+            with suppress(FMICallException):
+                self._fmu.setDebugLogging(loggingOn=True, categories=categories)
 
     def _take_address(self) -> None:
         """Note the address of the instance for the calls that are made directly."""
@@ -123,10 +136,44 @@ class FmuUnit(Unit):
         return ValueCalls(self._fmu, self.api, self._component, self._archive.references)
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         self._calls = self._value_calls()  # the previous calls and what they keep alive are not needed any more
-        self._setters = self._calls.movers("Set", self.interface.inputs, inputs)
+        if unset:
+            moves = self._each("Set", inputs)
+            self._setters = [move for name, move in moves.items() if name not in unset]
+        else:
+            self._setters = self._calls.movers("Set", self.interface.inputs, inputs)
         self._getters = self._calls.movers("Get", self.interface.outputs, outputs)
+
+    def _each(self, verb: AccessVerb, columns: TypedColumns) -> dict[str, Operation]:
+        """A call for each input or output, by name."""
+        variables = self.interface.inputs if verb == "Set" else self.interface.outputs
+        slots = views(variables, columns)
+        return {v.name: self._calls.mover(verb, [v], slots[v.name]) for v in variables}
+
+    @override
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+        wanted = self._archive.default_tolerance if horizon.tolerance is None else horizon.tolerance
+        self._parameters, self._horizon = parameters, replace(horizon, tolerance=wanted)
+        self._stop_is_told = False
+        try:
+            self._enter(parameters, replace(self._horizon, stop=None))
+        except UnitError as failure:
+            self._tell_stop(failure)
+        self._prepare_step()
+
+    def _tell_stop(self, failure: UnitError) -> None:
+        """Begin again, and tell the FMU the stop time. Raises `failure` where that is no use."""
+        if self._stop_is_told or self._horizon.stop is None:
+            raise failure
+        self._stop_is_told = True
+        try:
+            self._check("the reset failed", self._fmu.reset)
+            self._enter(self._parameters, self._horizon)
+        except UnitError:
+            raise failure from None
+        self.messages.clear()
+        self.remarks.append(f"it does not run without the stop time, so it was told {self._horizon.stop:g} s")
 
     def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
         calls = self._value_calls()
@@ -147,7 +194,16 @@ class FmuUnit(Unit):
 
     @override
     def exit_initialization(self) -> None:
-        self._check("the initialization failed", self._fmu.exitInitializationMode)
+        try:
+            self._check("the initialization failed", self._fmu.exitInitializationMode)
+        except UnitError as failure:
+            self._tell_stop(failure)
+            carry_out(self._setters)
+            self._check("the initialization failed", self._fmu.exitInitializationMode)
+
+    @override
+    def terminate(self) -> None:
+        self._check("it could not be terminated", self._fmu.terminate)
 
     @override
     def close(self) -> None:
@@ -172,83 +228,3 @@ class FmuState(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._check("its state could not be released", self._free, state)
-
-
-class Fmu2Unit(FmuUnit):
-    """An FMI 2.0 Co-Simulation FMU."""
-
-    api = FMI2_API
-
-    @override
-    def _instantiate(self) -> None:
-        callbacks = fmi2CallbackFunctions()
-        callbacks.logger = formatting_logger()
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-        environment = register(self.name, self._log)
-        self._resources.callback(release, environment)
-        callbacks.componentEnvironment = environment
-        try:
-            self._fmu.instantiate(callbacks=callbacks, loggingOn=False)
-        except Exception:  # noqa: BLE001 - a second attempt with logging, without which many give no reason
-            self._fmu.instantiate(callbacks=callbacks, loggingOn=True)
-        categories = [c.name for c in self._archive.description.logCategories if c.name in _FAILURES]
-        if categories:  # only these, because a log of every event takes time in every step
-            with suppress(FMICallException):
-                self._fmu.setDebugLogging(loggingOn=True, categories=categories)
-
-    @override
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        self._set_parameters(parameters)
-        self._check("the initialization failed", self._fmu.setupExperiment)
-        self._check("the initialization failed", self._fmu.enterInitializationMode)
-        self._prepare_step()
-
-    @override
-    def _prepare_step(self) -> None:
-        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int]
-        self._do_step = library_function(self._fmu, self.api, "DoStep", arguments)
-
-    @override
-    def step(self, t: float, h: float) -> object:
-        return self._do_step(self._component, t, h, 1)
-
-
-class Fmu3Unit(FmuUnit):
-    """An FMI 3.0 Co-Simulation FMU, without Event Mode."""
-
-    api = FMI3_API
-
-    @override
-    def _instantiate(self) -> None:
-        self._fmu.instantiate(loggingOn=True, logMessage=self._logged)
-
-    def _logged(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
-        self._log(status, message)
-
-    @override
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        if set(self._archive.structural) & parameters.keys():
-            self._check("Configuration Mode was refused", self._fmu.enterConfigurationMode)
-            self._set_parameters(parameters, structural=True)
-            self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
-        self._set_parameters(parameters)
-        self._check("the initialization failed", self._fmu.enterInitializationMode)
-        self._prepare_step()
-
-    @override
-    def _prepare_step(self) -> None:
-        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
-        self._do_step = library_function(self._fmu, self.api, "DoStep", arguments)
-        self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
-        self._reached = ctypes.c_double()
-        first = ctypes.addressof(self._flags)
-        self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
-
-    @override
-    def step(self, t: float, h: float) -> object:
-        status = self._do_step(self._component, t, h, 1, *self._results)
-        if self._flags.raw != b"\0\0\0":
-            self.messages.append(f"the FMU asked for an event, the end or an early return at {self._reached.value:g} s")
-            return max(int(status), fmi3Error)
-        return status

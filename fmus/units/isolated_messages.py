@@ -57,6 +57,9 @@ class UnitReply:
     """The outputs that are texts or bytes, type by type."""
     problems: tuple[Problem, ...] = ()
     """The problems of a `RequestError`."""
+    remarks: tuple[str, ...] = ()
+    end: float | None = None
+    """[s] The time at which the unit asks for the end of the run."""
     fault: tuple[str, tuple[str, ...]] | None = None
     """The `action` and `said` of a `UnitError`."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import pickle
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from typing_extensions import override
@@ -13,10 +14,10 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.child_process import ParentProcess
-from fmus.units.capabilities import StateCapability
+from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
 from fmus.units.make import fmu_unit
-from fmus.units.unit import FMI_WARNING, Column, Unit, UnitError, carry_out
+from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, UnitError, carry_out
 
 
 def main() -> None:
@@ -56,33 +57,45 @@ class _Host:
         unit = self._unit
         put_texts(self._inputs, call.texts)
         status = carry_out(unit.setters()) if call.set_first else 0
-        value = None if status > FMI_WARNING else self._methods[call.method](*call.arguments)
+        value, end = None, None
+        if status <= FMI_WARNING:
+            try:
+                value = self._methods[call.method](*call.arguments)
+            except EndRequested as ended:
+                end = ended.time
         if call.get_after and status <= FMI_WARNING:
             status = carry_out(unit.getters())
         if status > FMI_WARNING and not value:
             value = status
-        messages = tuple(unit.messages)
+        messages, remarks = tuple(unit.messages), tuple(unit.remarks)
         unit.messages.clear()
-        return UnitReply(value, messages, texts(self._outputs))
+        unit.remarks.clear()
+        return UnitReply(value, messages, texts(self._outputs), remarks=remarks, end=end)
 
 
 def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]) -> dict[str, Callable[..., Any]]:
     """The calls that a unit can be requested to make, by the names that messages use."""
     methods: dict[str, Callable[..., Any]] = {
-        "bind": lambda: unit.bind(inputs, outputs),
+        "bind": partial(unit.bind, inputs, outputs),
         "enter_initialization": unit.enter_initialization,
         "exit_initialization": unit.exit_initialization,
         "step": unit.step,
+        "terminate": unit.terminate,
         "get": lambda: None,  # only the outputs are requested
         "close": unit.close,
     }
     if (events := unit.events) is not None:
-        methods |= {"use_events": events.use, "activate": events.activate, "update": events.update}
+        methods |= {"use_events": partial(_use_events, events)}
+        methods |= {"activate": events.activate, "update": events.update}
         methods |= {"fired": events.fired, "trigger": events.trigger}
     if unit.state is not None:
         saved = _SavedStates(unit.state)
         methods |= {"save": saved.save, "restore": saved.restore, "forget": saved.forget}
     return methods
+
+
+def _use_events(events: EventCapability, h: float, settles: bool) -> None:  # noqa: FBT001 - from a message
+    events.use(h, settles=settles)
 
 
 class _SavedStates(StateCapability):

@@ -7,7 +7,7 @@ another one.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,7 +18,7 @@ from fmus.reading.archive import Archive
 from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
-from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
+from fmus.units.unit import WHOLE_TIME, EndRequested, Horizon, Operation, TypedColumns, Unit, UnitError
 
 PATIENCE: Final = 30.0
 """[s] The time that a call may take by default."""
@@ -59,7 +59,8 @@ class IsolatedUnit(Unit):
         self._their_inputs, self._their_outputs = map_columns(archive.interface, memory)
         self._inputs: TypedColumns = {}
         self._outputs: TypedColumns = {}
-        self._bound = self._closed = False
+        self._closed = False
+        self._unset: frozenset[str] | None = None
         self._inputs_sent, self._outputs_current = True, False
         self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": self._folder.name})
         try:
@@ -82,10 +83,13 @@ class IsolatedUnit(Unit):
             action = f"its process died in `{method}` ({_in_words(error.death)})"
             raise UnitError(self.name, action, self.messages) from error
         self.messages.extend(reply.messages)
+        self.remarks.extend(reply.remarks)
         raise_if_any(reply.problems)
         if reply.fault is not None:
             raise UnitError(self.name, *reply.fault)
         put_texts(self._their_outputs, reply.texts)
+        if reply.end is not None:
+            raise EndRequested(self.name, reply.end)
         return reply.value
 
     def _call(self, method: str, *arguments: Any, show: bool = False) -> Any:
@@ -96,11 +100,11 @@ class IsolatedUnit(Unit):
         return self._exchange(method, call, self._patience)
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         self._inputs, self._outputs = inputs, outputs
-        if not self._bound:  # the child's unit keeps the shared columns whatever this one is bound to
-            self._bound = True
-            self._call("bind")
+        if self._unset != frozenset(unset):  # the child's unit keeps the shared columns whatever this one is bound to
+            self._unset = frozenset(unset)
+            self._call("bind", self._unset)
 
     def _take(self) -> object:
         for kind, column in self._inputs.items():
@@ -123,8 +127,8 @@ class IsolatedUnit(Unit):
         return [self._show]
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        self._call("enter_initialization", dict(parameters))
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+        self._call("enter_initialization", dict(parameters), horizon)
 
     @override
     def exit_initialization(self) -> None:
@@ -134,6 +138,10 @@ class IsolatedUnit(Unit):
     @override
     def step(self, t: float, h: float) -> object:
         return self._call("step", t, h, show=True)
+
+    @override
+    def terminate(self) -> None:
+        self._call("terminate")
 
     @override
     def close(self) -> None:
@@ -158,8 +166,8 @@ class _IsolatedEvents(EventCapability):
         self._call = call
 
     @override
-    def use(self, h: float) -> None:
-        self._call("use_events", h)
+    def use(self, h: float, *, settles: bool = False) -> None:
+        self._call("use_events", h, settles)
 
     @override
     def activate(self, t: float, h: float) -> object:

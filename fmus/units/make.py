@@ -5,7 +5,8 @@ from __future__ import annotations
 from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
 from fmus.units.clocked_unit import ClockedUnit
-from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
+from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
+from fmus.units.fmu_unit import FmuUnit
 
 
 def fmu_unit(name: str, archive: Archive) -> FmuUnit:

@@ -6,7 +6,7 @@ one scatter on arrays that are prepared once; conventions (reference point, slip
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,19 @@ from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput, VariableElement
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
-from fmus.units.unit import FMI_WARNING, Column, Operation, TypedColumns, Unit, carry_out, positions, views, widths
+from fmus.units.unit import (
+    FMI_WARNING,
+    WHOLE_TIME,
+    Column,
+    Horizon,
+    Operation,
+    TypedColumns,
+    Unit,
+    carry_out,
+    positions,
+    views,
+    widths,
+)
 
 
 class MappedUnit(Unit):
@@ -35,16 +47,16 @@ class MappedUnit(Unit):
 
     def __init__(self, name: str, interface: Interface, inner: Unit, adaptation: Adaptation) -> None:
         super().__init__(name, interface)
-        self.messages = inner.messages
+        self.messages, self.remarks = inner.messages, inner.remarks
         self._inner = inner
         self._adaptation = adaptation
         theirs = inner.interface
         self._u = {kind: zeros(kind, n) for kind, n in widths(theirs.inputs).items()}
         self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.outputs).items()}
-        starts = {**theirs.starts, **adaptation.held}
+        self._starts = {**theirs.starts, **adaptation.held}
         for variable, slot in views(theirs.inputs, self._u).items():
-            if variable in starts:
-                slot[:] = np.ravel(starts[variable])
+            if variable in self._starts:
+                slot[:] = np.ravel(self._starts[variable])
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
         self._rates = [_Rate(rate) for rate in adaptation.rates]
@@ -55,13 +67,20 @@ class MappedUnit(Unit):
             self.state = _MappedState(inner.state, self._rates, self._integrals)
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
-        self._inner.bind(self._u, self._y)
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
+        self._inner.bind(self._u, self._y, self._unset(unset))
         self._setters = [*self._from_ours(inputs), *self._inner.setters()]
         self._getters = [*self._inner.getters(), *self._to_ours(outputs)]
         ours, theirs = self.interface, self._inner.interface
         for rate in self._rates:
             rate.bind(views(ours.inputs, inputs), views(theirs.inputs, self._u), views(theirs.outputs, self._y))
+
+    def _unset(self, ours: Collection[str]) -> set[str]:
+        """The inputs of theirs that nobody has a value for: neither a signal of ours, nor the file, nor a person."""
+        links = (*self._adaptation.inputs, *(rate.rate for rate in self._adaptation.rates))
+        given = {name for link in links if link.signal not in ours for name, _ in link.theirs}
+        waiting = {name for link in links if link.signal in ours for name, _ in link.theirs}
+        return {v.name for v in self._inner.interface.inputs} - given - (self._starts.keys() - waiting)
 
     def _from_ours(self, inputs: TypedColumns) -> list[Operation]:
         """The calls that translate our inputs to theirs; conventions are applied to a copy."""
@@ -108,12 +127,16 @@ class MappedUnit(Unit):
         return self._inner.step(t, h)
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
-        self._inner.enter_initialization(parameters)
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+        self._inner.enter_initialization(parameters, horizon)
 
     @override
     def exit_initialization(self) -> None:
         self._inner.exit_initialization()
+
+    @override
+    def terminate(self) -> None:
+        self._inner.terminate()
 
     @override
     def close(self) -> None:

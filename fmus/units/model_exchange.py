@@ -10,15 +10,17 @@ and step events (`completedIntegratorStep`) are handled alike. Outputs follow th
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Collection, Mapping
 from typing import Any, Final
 
 from typing_extensions import override
 
 from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
+from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.cvode_integrator import CvodeIntegrator, IntegrationError
-from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit, FmuUnit
-from fmus.units.unit import Column, TypedColumns, UnitError, carry_out
+from fmus.units.fmu_unit import FmuUnit
+from fmus.units.unit import WHOLE_TIME, Column, EndRequested, Horizon, TypedColumns, UnitError, carry_out
 
 RELATIVE_TOLERANCE: Final = 1e-8
 """The relative tolerance where the FMU declares none."""
@@ -43,11 +45,7 @@ class ModelExchangeUnit(FmuUnit):
         self._seen: list[Any] | None = None
         self.n_states = 0
         self.n_indicators = 0
-        experiment = archive.description.defaultExperiment
-        declared = (
-            float(experiment.tolerance) if experiment is not None and experiment.tolerance else RELATIVE_TOLERANCE
-        )
-        self._tolerance = min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE
+        self._tolerance = RELATIVE_TOLERANCE
 
     @override
     def _prepare_step(self) -> None:
@@ -91,8 +89,21 @@ class ModelExchangeUnit(FmuUnit):
         self._fmu.setTime(t)
 
     @override
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
-        super().bind(inputs, outputs)
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+        super().enter_initialization(parameters, horizon)
+        self._time = self._horizon.start
+        self._tolerance = self._integration_tolerance(horizon.tolerance)
+
+    def _integration_tolerance(self, wanted: float | None) -> float:
+        """The relative tolerance of the integrator: what a person wants, else at least as fine as our default."""
+        if wanted is not None:
+            return wanted
+        declared = self._archive.default_tolerance or 0.0
+        return min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE
+
+    @override
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
+        super().bind(inputs, outputs, unset)
         self._inputs = list(inputs.values())
         self._movers, self._readers = self._setters, self._getters
         self._setters = [self._take_inputs]
@@ -143,7 +154,7 @@ class ModelExchangeUnit(FmuUnit):
         for _ in range(MOST_EVENTS):
             again, terminate, _nominals, _values, defined, following = self._new_discrete_states()
             if terminate:
-                raise UnitError(self.name, f"the FMU ended the simulation at {self._time:g} s", self.messages)
+                raise EndRequested(self.name, self._time)
             if not again:
                 self._next_event = following if defined else None
                 return
@@ -190,7 +201,7 @@ class ModelExchangeUnit(FmuUnit):
             return False
         step_event, terminate = self._fmu.completedIntegratorStep()
         if terminate:
-            raise UnitError(self.name, f"the FMU ended the simulation at {self._time:g} s", self.messages)
+            raise EndRequested(self.name, self._time)
         return bool(step_event)
 
     @override

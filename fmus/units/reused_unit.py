@@ -14,7 +14,7 @@ from pathlib import Path
 from typing_extensions import override
 
 from fmus.reading.archive import Archive
-from fmus.units.fmu_unit import Fmu3Unit
+from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.unit import UnitError
 
 _idle: dict[tuple[Path, str], list[ReusedUnit]] = {}

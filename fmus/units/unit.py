@@ -1,22 +1,25 @@
 """Units: running blocks behind one interface, whatever they are made of.
 
 The guaranteed order of calls: `bind`, `enter_initialization`, any of the setters and getters, `exit_initialization`,
-then per macro step setters, `step` and getters in the order of the schedule, and `close` once at the end, whatever
-happened. What only some units can do is a capability: `fmus.units.capabilities`.
+then per macro step setters, `step` and getters in the order of the schedule, `terminate` if the unit has not failed,
+and `close` once at the end, whatever happened. What only some units can do is a capability: `fmus.units.capabilities`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
 from fmus.units.capabilities import EventCapability, StateCapability
+from fmus.units.message_log import MessageLog
 
 Column: TypeAlias = NDArray[Any]
 """Values of one type, of shape (n,)."""
@@ -29,6 +32,39 @@ FMI_WARNING: Final = 1
 """The worst status that is no failure."""
 
 
+@dataclass(frozen=True)
+class Horizon:
+    """The experiment as far as a unit is told of it."""
+
+    start: float = 0.0
+    """[s] The time at which the run begins."""
+    stop: float | None = None
+    """[s] The time at which the run ends, if it is known."""
+    tolerance: float | None = None
+    """The relative tolerance that a person wants; the unit's own where there is none."""
+
+
+WHOLE_TIME: Final = Horizon()
+"""An experiment that begins at 0 s, of which nothing else is known."""
+
+
+class EndRequested(Exception):  # noqa: N818 - no error: the unit's model ends here
+    """A unit that asks for the end of the run, such as by `terminate()` in Modelica. Its outputs may still be read.
+
+    Args:
+        unit: Name of the unit.
+        time: The time that the unit has reached [s].
+    """
+
+    def __init__(self, unit: str, time: float) -> None:
+        self.unit, self.time = unit, time
+        super().__init__(unit, time)  # so that it can be sent to another process
+
+    @override
+    def __str__(self) -> str:
+        return f"`{self.unit}` asked for the end of the run at {self.time:g} s"
+
+
 class UnitError(RuntimeError):
     """A unit that could not carry out a call.
 
@@ -38,10 +74,10 @@ class UnitError(RuntimeError):
         said: The messages of the unit about it.
     """
 
-    def __init__(self, unit: str, action: str, said: Sequence[str]) -> None:
+    def __init__(self, unit: str, action: str, said: Sequence[str] | MessageLog) -> None:
         self.unit = unit
         self.action = action
-        self.said = tuple(said)
+        self.said = tuple(said.said() if isinstance(said, MessageLog) else said)
         super().__init__(f"{unit}: {self.reason}")
 
     @property
@@ -61,28 +97,32 @@ class Unit(ABC):
     def __init__(self, name: str, interface: Interface) -> None:
         self.name = name
         self.interface = interface
-        self.messages: list[str] = []
-        """The messages of the unit so far, oldest first."""
+        self.messages = MessageLog()
+        """The last messages of the unit."""
+        self.remarks: list[str] = []
+        """What a person should know of how the unit was run, beyond what could be known before."""
         self.events: EventCapability | None = None
         """Event Mode; `None` for a unit that does not have it."""
         self.state: StateCapability | None = None
         """Saving and restoring of states; `None` for a unit that does not have it."""
 
     @abstractmethod
-    def bind(self, inputs: TypedColumns, outputs: TypedColumns) -> None:
+    def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         """Use other memory from now on; setters and getters have to be requested again.
 
         Args:
             inputs: The columns that the setters read, variables in the order of the interface.
             outputs: The columns that the getters write, likewise.
+            unset: Names of inputs that the setters leave alone, because nobody has a value for them.
         """
 
     @abstractmethod
-    def enter_initialization(self, parameters: Mapping[str, Any]) -> None:
+    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
         """Make the unit ready for start values.
 
         Args:
             parameters: Values by name; the others keep the start values of the unit itself.
+            horizon: The experiment.
 
         Raises:
             UnitError: The unit refuses a value, or cannot be initialised.
@@ -90,7 +130,7 @@ class Unit(ABC):
 
     @abstractmethod
     def exit_initialization(self) -> None:
-        """End the initialisation. Raises `UnitError`."""
+        """End the initialisation. Raises `UnitError`, and `EndRequested`."""
 
     @abstractmethod
     def setters(self) -> list[Operation]:
@@ -109,7 +149,12 @@ class Unit(ABC):
 
         Raises:
             UnitError: The unit cannot go on, and a status would not say why.
+            EndRequested: The unit has come to its end, at `t + h` or before.
         """
+
+    @abstractmethod
+    def terminate(self) -> None:
+        """End the simulation in order; not called for a unit that has failed. Raises `UnitError`."""
 
     @abstractmethod
     def close(self) -> None:

@@ -19,24 +19,27 @@ _PLANE: Final = 2
 
 
 def send_shapes(
-    stream: rr.RecordingStream, ticks: NDArray[np.int64], h: float, shapes: Iterable[s.Shape | s.Style]
+    stream: rr.RecordingStream,
+    ticks: NDArray[np.int64],
+    times: NDArray[np.float64],
+    shapes: Iterable[s.Shape | s.Style],
 ) -> None:
     """Send the shapes of consecutive rows, with one call for each.
 
     Args:
         stream: The recording.
         ticks: The tick of each row, `(n,)`.
-        h: Macro step [s].
+        times: The time of each row [s], `(n,)`.
         shapes: Shapes of these rows; a style among them replaces the one at its entity.
     """
-    every_row = _instants(ticks, h)
+    every_row = _instants(ticks, times)
     for shape in shapes:
         if isinstance(shape, s.Style):
             send_style(stream, shape)
         elif shape.rows is None:
             stream.send_columns(shape.entity, every_row, _columns(shape))
         elif len(selected := ticks[shape.rows]):
-            stream.send_columns(shape.entity, _instants(selected, h), _columns(shape))
+            stream.send_columns(shape.entity, _instants(selected, times[shape.rows]), _columns(shape))
 
 
 def send_style(stream: rr.RecordingStream, style: s.Style) -> None:
@@ -45,8 +48,8 @@ def send_style(stream: rr.RecordingStream, style: s.Style) -> None:
         stream.log(style.entity + suffix, archetype, static=True)
 
 
-def _instants(ticks: NDArray[np.int64], h: float) -> list[rr.TimeColumn]:
-    nanoseconds = np.rint(ticks * h * 1e9).astype("timedelta64[ns]")  # `TimeColumn` itself would truncate
+def _instants(ticks: NDArray[np.int64], times: NDArray[np.float64]) -> list[rr.TimeColumn]:
+    nanoseconds = np.rint(times * 1e9).astype("timedelta64[ns]")  # `TimeColumn` itself would truncate
     return [rr.TimeColumn("sim_time", duration=nanoseconds), rr.TimeColumn("tick", sequence=ticks)]
 
 

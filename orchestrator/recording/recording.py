@@ -91,7 +91,7 @@ class Recording:
             scenario.system,
             scenario.scene,
             name=scenario.name,
-            h=scenario.h,
+            grid=scenario.grid,
             about=self._request.about,
             recorded=[[element.path for element in group] for group in self._request.elements],
             recording_id=self._request.recording_id,
@@ -99,7 +99,7 @@ class Recording:
 
     def _send(self, stream: RerunStream, batches: Sequence[RowBatch]) -> None:
         for batch in batches:
-            columns = batch.columns(self._request.elements[batch.group], self._scenario.h)
+            columns = batch.columns(self._request.elements[batch.group])
             stream.log(columns, batch.step_times if batch.group == 0 else None)
 
 
@@ -165,4 +165,5 @@ def joined(batches: Sequence[RowBatch]) -> list[RowBatch]:
 def _whole(parts: Sequence[RowBatch]) -> RowBatch:
     first = parts[0]
     blocks: dict[Any, Any] = {kind: np.concatenate([p.blocks[kind] for p in parts]) for kind in first.blocks}
-    return RowBatch(first.group, first.first, first.every, blocks, np.concatenate([p.step_times for p in parts]))
+    times = np.concatenate([p.times for p in parts]), np.concatenate([p.step_times for p in parts])
+    return RowBatch(first.group, first.first, first.every, blocks, *times)

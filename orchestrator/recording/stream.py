@@ -23,6 +23,7 @@ from orchestrator.pictures.screen import ViewGroup, screen
 from orchestrator.pictures.shapes import Page, Shape, Style
 from orchestrator.recording.archetypes import send_shapes, send_style
 from orchestrator.recording.blueprint import blueprint
+from orchestrator.system.experiment import TimeGrid
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
 
@@ -32,10 +33,10 @@ if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
 
 @dataclass(frozen=True)
 class ShapeBatch:
-    """The shapes of some rows: the tick of each row `(n,)`, the macro step [s], and what is drawn."""
+    """The shapes of some rows: the tick and the time [s] of each row, `(n,)`, and what is drawn."""
 
     ticks: NDArray[np.int64]
-    h: float
+    times: NDArray[np.float64]
     shapes: Iterable[Shape | Style]
 
 
@@ -49,7 +50,7 @@ class RerunStream:
         system: The system that runs.
         scene: The scene that it is drawn in; None for a system without one.
         name: What the recording is called in the viewer.
-        h: Macro step [s].
+        grid: The communication points of the run.
         about: The run's provenance as it is known at the start.
         recorded: The columns of each group that is recorded at the same ticks; every column at every tick if not
             given.
@@ -63,13 +64,13 @@ class RerunStream:
         scene: Scene | None,
         *,
         name: str,
-        h: float,
+        grid: TimeGrid,
         about: Mapping[str, str],
         recorded: Sequence[Collection[str]] | None = None,
         recording_id: str | None = None,
     ) -> None:
-        self._picture, self._h = RunPicture(system, scene, recorded=recorded), h
-        self._name, self._last = name, 0
+        self._picture, self._grid = RunPicture(system, scene, recorded=recorded), grid
+        self._name, self._last = name, grid.start
         page = Page(entity="/about", text=pages.page(name, about, system))
         styles = [page, *self._picture.styles()]
         self._stream = _opened(sink, name, screen([self._picture]), styles, recording_id)
@@ -81,11 +82,11 @@ class RerunStream:
             frame: The column `time` [s], and one column for each signal element.
             step_times: The wall time [s] that the step of each row took, `(n,)`; None where it is not known.
         """
-        ticks = np.rint(np.asarray(frame["time"]) / self._h).astype(np.int64)
-        if not len(ticks):
+        times = np.asarray(frame["time"], dtype=float)
+        if not len(times):
             return
-        self._last = max(self._last, int(ticks[-1]))
-        send_shapes(self._stream, ticks, self._h, self._picture.shapes(frame, step_times))
+        self._last = max(self._last, float(times[-1]))
+        send_shapes(self._stream, self._grid.ticks(times), times, self._picture.shapes(frame, step_times))
 
     def flush(self) -> None:
         """Write what has been logged, so that it outlives this process."""
@@ -96,11 +97,12 @@ class RerunStream:
 
         Args:
             about: The run's provenance as it is known at the end; its entry `fault` also becomes a line of the log,
-                at the last tick.
+                at the last row.
         """
         if about is not None:
             if "fault" in about:
-                send_shapes(self._stream, np.array([self._last]), self._h, [self._picture.fault(about["fault"])])
+                last = np.array([self._last])
+                send_shapes(self._stream, self._grid.ticks(last), last, [self._picture.fault(about["fault"])])
             send_style(self._stream, Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
         self._stream.flush()
         self._stream.disconnect()
@@ -118,7 +120,7 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
     """
     stream = _opened(path, name, layout, styles)
     for batch in batches:
-        send_shapes(stream, batch.ticks, batch.h, batch.shapes)
+        send_shapes(stream, batch.ticks, batch.times, batch.shapes)
     stream.flush()
     stream.disconnect()
 

@@ -23,6 +23,12 @@ LOOP_TOLERANCE: Final = 1e-9
 """Largest difference between what a unit was given and what the others then show, relative to its size, at least 1."""
 
 
+_DISCARD: Final = 2
+"""The FMI status of a unit that cannot take a value."""
+_FAR: Final = 1e6
+"""What the residual is taken for where a unit cannot take the inputs."""
+
+
 class AlgebraicLoop:
     """One group of units that need each other's outputs at the same instant.
 
@@ -84,7 +90,14 @@ class AlgebraicLoop:
         z = self._values()
         shown = evaluate(z)
         if not np.array_equal(shown, z):
-            root: Any = optimize.root(lambda x: evaluate(x) - x, shown, method="hybr", options={"xtol": 1e-13})
+
+            def residual(x: NDArray[np.float64]) -> NDArray[np.float64]:
+                try:
+                    return evaluate(x) - x
+                except _DiscardedError:  # values that the unit cannot take: the solver tries nearer ones
+                    return np.full_like(x, _FAR)
+
+            root: Any = optimize.root(residual, shown, method="hybr", options={"xtol": 1e-13})
             z = np.asarray(root.x, dtype=float)
             shown = evaluate(z)
         others = [column[where].copy() for column, where in self._others]
@@ -122,6 +135,11 @@ def _state_of(unit: Unit) -> StateCapability:
     return unit.state
 
 
+class _DiscardedError(UnitError):
+    """A unit that cannot evaluate its outputs for the inputs that it was given."""
+
+
 def _checked(unit: Unit, status: object) -> None:
     if isinstance(status, int) and status > FMI_WARNING:
-        raise UnitError(unit.name, f"returned status {status} while its algebraic loop was solved", unit.messages)
+        kind = _DiscardedError if status == _DISCARD else UnitError
+        raise kind(unit.name, f"returned status {status} while its algebraic loop was solved", unit.messages)

@@ -1,4 +1,8 @@
-"""The initialisation: values travel along the connections in Initialization Mode until nothing changes any more."""
+"""The initialisation: values travel along the connections in Initialization Mode until nothing changes any more.
+
+In the first pass an input is set only if what drives it has been read: until then it keeps its start value, which only
+the unit itself may know.
+"""
 
 from __future__ import annotations
 
@@ -42,11 +46,13 @@ def initialise(
     loops = [AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops]
     outputs = {kind: table.columns[kind][:n] for kind, n in table.recorded.items() if n}
     before: dict[Type, Column] = {}
+    _first_pass(system, schedule, units, table, checked)
+    solved = {name for group in schedule.loops for name in group}
     for _ in range(INITIALIZATION_PASSES):
         before = {kind: column.copy() for kind, column in outputs.items()}
         for name in schedule.order:
-            for function in (*table.gathers(name), *units[name].setters(), *units[name].getters()):
-                checked(units[name], function())
+            if name not in solved:
+                _pass_on(units[name], table, checked)
         for loop in loops:
             loop.settle()
         if all(_settled(kind, before[kind], column) for kind, column in outputs.items()):
@@ -56,6 +62,31 @@ def initialise(
             now = f"`{path}` is still {outputs[kind][at]} after {INITIALIZATION_PASSES} passes"
             earlier = f"it was {before[kind][at]} in the pass before"
             raise UnitError(unit, f"the initialisation does not settle: {now}", [earlier])
+
+
+def _first_pass(
+    system: System,
+    schedule: Schedule,
+    units: Mapping[str, Unit],
+    table: SignalTable,
+    checked: Callable[[Unit, object], None],
+) -> None:
+    read: set[str] = set()
+    for name in schedule.order:
+        unit = units[name]
+        waiting = {c.input for c in system.connections if c.unit == name and c.source not in read}
+        if waiting:
+            unit.bind(table.inputs(name), table.outputs(name), waiting | table.unset(name))
+        _pass_on(unit, table, checked)
+        if waiting:
+            unit.bind(table.inputs(name), table.outputs(name), table.unset(name))
+        read.add(name)
+
+
+def _pass_on(unit: Unit, table: SignalTable, checked: Callable[[Unit, object], None]) -> None:
+    """Set the inputs of a unit, and read its outputs."""
+    for function in (*table.gathers(unit.name), *unit.setters(), *unit.getters()):
+        checked(unit, function())
 
 
 def _settled(kind: Type, before: Column, now: Column) -> bool:

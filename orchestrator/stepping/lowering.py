@@ -26,10 +26,18 @@ class CompiledSchedule:
         schedule: Its schedule.
         units: All running units by name, bound to the table.
         table: The signal table.
+        start: The start time [s].
     """
 
-    def __init__(self, system: System, schedule: Schedule, units: Mapping[str, Unit], table: SignalTable) -> None:
-        self._schedule, self._units, self._table = schedule, units, table
+    def __init__(
+        self,
+        system: System,
+        schedule: Schedule,
+        units: Mapping[str, Unit],
+        table: SignalTable,
+        start: float = 0.0,
+    ) -> None:
+        self._schedule, self._units, self._table, self._start = schedule, units, table, start
         self._steps = {name: system.steps.get(name, Fraction(1)) for name in units}
         self._period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
         self._loops = {group: AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops}
@@ -67,7 +75,7 @@ class CompiledSchedule:
     def _act(self, act: Act, name: str, *, ends: bool) -> Iterator[Call]:
         unit = self._units[name]
         if act is Act.STEP:
-            yield own_step(unit, self._steps[name], ends=ends), True, name
+            yield own_step(unit, self._steps[name], self._start, ends=ends), True, name
             if name in self._schedule.events and name in self._forwards:
                 yield self._forwards[name], False, name
         elif act is Act.ACTIVATE:
@@ -84,12 +92,15 @@ class CompiledSchedule:
                 yield function, False, name
 
 
-def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[float, float], object]:
+def own_step(
+    unit: Unit, ratio: Fraction, start: float = 0.0, *, ends: bool = False
+) -> Callable[[float, float], object]:
     """The step of a unit that has a step of its own.
 
     Args:
         unit: The unit.
         ratio: Its step in macro steps.
+        start: The start time of the run [s].
         ends: Whether it ends at the next tick, and so may have begun before the present one.
 
     Returns:
@@ -98,8 +109,8 @@ def own_step(unit: Unit, ratio: Fraction, *, ends: bool = False) -> Callable[[fl
     n, parts = ratio.numerator, ratio.denominator
 
     def several(t: float, h: float) -> object:
-        begin = round(t / h) - (n - 1 if ends else 0)
-        return unit.step(begin * h, n * h)
+        begin = round((t - start) / h) - (n - 1 if ends else 0)
+        return unit.step(start + begin * h, n * h)
 
     def divided(t: float, h: float) -> object:
         for part in range(parts):

@@ -1,7 +1,7 @@
 """The master: steps the units of a system at fixed communication points and keeps every row.
 
-The row at t_k holds all outputs at the instant t_k; time is always ``tick * h``. The schedule is lowered once into
-flat tables: one column of memory per type that all units write to and read from, and a list of prepared calls.
+The row at t_k holds all outputs at the instant t_k; time is always ``start + tick * h``. The schedule is lowered once
+into flat tables: one column of memory per type that all units write to and read from, and a list of prepared calls.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.problem import choices, did_you_mean, refuse
-from fmus.units.unit import FMI_WARNING, Unit, UnitError
+from fmus.units.unit import FMI_WARNING, EndRequested, Horizon, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
 from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.written_inputs import WrittenInputs
-from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, algorithm_named, last_tick
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, TimeGrid, algorithm_named
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -51,7 +51,7 @@ class Tick:
 
     tick: int
     time: float
-    """[s] `tick * h`."""
+    """[s] `start + tick * h`."""
 
 
 class Simulation:
@@ -63,7 +63,9 @@ class Simulation:
     Args:
         system: The system.
         h: The macro step [s].
-        until: The stop time [s], a whole number of macro steps.
+        until: The stop time [s], a whole number of macro steps after the start time.
+        start: The start time [s].
+        tolerance: The relative tolerance that all FMUs are told; each its own where not given.
         record: Which signals are kept at every how many ticks, by pattern; all at every tick if not given.
         algorithm: How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`.
         solve_loops: Whether algebraic loops are solved by iteration instead of being refused.
@@ -79,22 +81,30 @@ class Simulation:
         *,
         h: float,
         until: float,
+        start: float = 0.0,
+        tolerance: float | None = None,
         record: Choice = EVERYTHING,
         algorithm: str = Algorithm.SEQUENTIAL,
         solve_loops: bool = False,
     ) -> None:
         self.system = system
-        self.h = h
-        self.last_tick = last_tick(h, until)
+        grid = TimeGrid(h, until, start)
+        self.h, self.start = h, start
+        self.last_tick = grid.last_tick
+        self._horizon = Horizon(start, until, tolerance)
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
         self._table = SignalTable(system)
-        self.log = RowLog(self._table, self.last_tick + 1, record)
+        self.log = RowLog(self._table, grid.times, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] Wall time of each macro step."""
         self._written = WrittenInputs(system)
         self._units: dict[str, Unit] = {}
+        self.ended: EndRequested | None = None
+        """What ended the run before its stop time without a fault: a unit that asked for it."""
+        self._initialised: set[str] = set()
+        self._failed: str | None = None
 
     def __enter__(self) -> Self:
         try:
@@ -111,58 +121,84 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """The present instant [s]."""
-        return self.tick * self.h
+        """The present instant [s]; the start time before the first step."""
+        return float(self.log.times[max(self.tick, 0)])
 
     def _start(self) -> None:
         try:
             for name, source in self.system.units.items():
                 self._units[name] = source.open(name)
-                if name in self.schedule.events:
-                    events_of(self._units[name]).use(self.h * float(self.system.steps.get(name, 1)))
-            self._lower()
+                self._use_events(name)
+            self._bind()
             for name, source in self.system.units.items():
-                self._units[name].enter_initialization(source.parameters)
+                self._units[name].enter_initialization(source.parameters, self._horizon)
             initialise(self.system, self.schedule, self._units, self._table, self._checked)
-            for unit in self._units.values():
-                unit.exit_initialization()
+            for name, unit in self._units.items():
+                try:
+                    unit.exit_initialization()
+                except EndRequested as end:
+                    self._end(end)
+                self._initialised.add(name)
                 for function in unit.getters():  # events at the start may have changed what is shown
                     self._checked(unit, function())
+            self._compile()
         except UnitError as fault:
-            raise SimulationError(0, 0.0, fault.unit, fault.reason) from fault
+            raise self._fault(fault.unit, fault.reason) from fault
 
-    def _lower(self) -> None:
-        """Prepare every call of the macro step."""
+    def _use_events(self, name: str) -> None:
+        """Run a unit with Event Mode if the schedule does, or if the unit demands it."""
+        unit = self._units[name]
+        h = self.h * float(self.system.steps.get(name, 1))
+        if name in self.schedule.events:
+            events_of(unit).use(h, settles=name not in self.schedule.early)
+        elif unit.events is not None and unit.events.demanded:
+            unit.events.use(h, settles=True)
+
+    def _bind(self) -> None:
         for name, unit in self._units.items():
-            unit.bind(self._table.inputs(name), self._table.outputs(name))
-        self._compiled = CompiledSchedule(self.system, self.schedule, self._units, self._table)
+            unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
+
+    def _compile(self) -> None:
+        """Prepare every call of the macro step."""
+        self._compiled = CompiledSchedule(self.system, self.schedule, self._units, self._table, self.start)
 
     def _run(self, calls: list[Call]) -> None:
-        t, h = self.tick * self.h, self.h
+        t, h = self.start + self.tick * self.h, self.h
         for function, timed, unit in calls:
-            status = function(t, h) if timed else function()
+            try:
+                status = function(t, h) if timed else function()
+            except EndRequested as end:
+                self._end(end)
+                continue
             if status:
                 self._checked(self._units[unit], status)
+
+    def _end(self, end: EndRequested) -> None:
+        self.ended = self.ended or end
 
     def _checked(self, unit: Unit, status: object) -> None:
         if isinstance(status, int) and status > FMI_WARNING:
             words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
-            messages = f": {'; '.join(unit.messages)}" if unit.messages else ""
-            raise SimulationError(
-                self.tick, self.time, unit.name, words.get(status, f"returned status {status}") + messages
-            )
+            said = unit.messages.said()
+            reason = words.get(status, f"returned status {status}") + (f": {'; '.join(said)}" if said else "")
+            raise self._fault(unit.name, reason)
+
+    def _fault(self, unit: str, reason: str) -> SimulationError:
+        """The error of a unit that has failed; it is not terminated."""
+        self._failed = unit
+        return SimulationError(max(self.tick, 0), self.time, unit, reason)
 
     def step(self) -> Tick:
         """Complete the next instant and keep its row.
 
         Returns:
-            The instant that was completed; the first is tick 0 at 0 s.
+            The instant that was completed; the first is tick 0 at the start time.
 
         Raises:
             SimulationError: A unit failed, or a value is not finite.
-            StopIteration: The stop time was reached before.
+            StopIteration: The stop time was reached before, or a unit has asked for the end.
         """
-        if self.tick >= self.last_tick:
+        if self.is_over:
             raise StopIteration
         began = time.perf_counter()
         try:
@@ -171,7 +207,9 @@ class Simulation:
             self.tick += 1
             self._run(self._compiled.before(self.tick))
         except UnitError as fault:
-            raise SimulationError(self.tick, self.time, fault.unit, fault.reason) from fault
+            raise self._fault(fault.unit, fault.reason) from fault
+        if self.ended is not None and len(self._units) == 1:
+            self.log.times[self.tick] = min(self.ended.time, self.time)
         finite = self.log.keep(self.tick)
         self.step_times[self.tick] = time.perf_counter() - began
         self.log.kept = self.tick + 1
@@ -181,17 +219,31 @@ class Simulation:
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
-        while self.tick < self.last_tick:
+        while not self.is_over:
             yield self.step()
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the stop time is reached, or a unit has asked for the end."""
+        return self.tick >= self.last_tick or (self.ended is not None and self.tick >= 0)
+
     def run(self) -> None:
-        """Step to the stop time.
+        """Step to the stop time, or to where a unit asks for the end.
 
         Raises:
             SimulationError: A unit failed, or a value is not finite.
         """
-        while self.tick < self.last_tick:
+        while not self.is_over:
             self.step()
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
+        remarks = [f"unit `{name}`: {remark}" for name, unit in self._units.items() for remark in unit.remarks]
+        if self.ended is None:
+            return remarks
+        shown = f", at {self.time:g} s, has its values of then" if self.ended.time < self.time else " has its values"
+        return [f"{self.ended}: the run ends there, and its last row{shown}", *remarks]
 
     def read(self, path: str) -> Any:
         """Read the present value of an output.
@@ -223,7 +275,8 @@ class Simulation:
             raise refuse(path, problems[0].found, problems[0].valid)
         self._table.hold(unit, name, value)
         self._written.note(self.tick + 1, path, value)
-        self._lower()
+        self._bind()
+        self._compile()
 
     def release(self, path: str) -> None:
         """Give a written input back to its connection.
@@ -237,7 +290,8 @@ class Simulation:
         unit, _, name = self._known(path, "inputs").partition(".")
         self._table.release(unit, name)
         self._written.note(self.tick + 1, path, None)
-        self._lower()
+        self._bind()
+        self._compile()
 
     def _known(self, path: str, role: str) -> str:
         known = [f"{n}.{v.name}" for n, s in self.system.units.items() for v in getattr(s.interface, role)]
@@ -264,11 +318,17 @@ class Simulation:
             for the signals that were not.
         """
         ticks, kept = self.log.columns()
-        return {"time": ticks * self.h, **kept, **self._written.received(kept, ticks)}
+        return {"time": self.log.times[ticks], **kept, **self._written.received(kept, ticks)}
 
     def close(self) -> None:
-        """Release all units; rows stay."""
-        for unit in self._units.values():
+        """End the simulation of all units that have not failed, and release all; rows stay."""
+        for name, unit in self._units.items():
+            if name in self._initialised and name != self._failed:
+                try:
+                    unit.terminate()
+                except UnitError as error:
+                    unit.remarks.append(error.reason)
+            self._initialised.discard(name)
             unit.close()
 
 

@@ -34,6 +34,8 @@ class RowBatch:
     every: int
     blocks: Mapping[Type, NDArray[Any]]
     """By type, the values of the group's elements, of shape (rows, elements)."""
+    times: NDArray[np.float64]
+    """[s] Simulated times of these ticks, of shape (rows,)."""
     step_times: NDArray[np.float64]
     """[s] Wall times of these ticks, of shape (rows,)."""
 
@@ -45,17 +47,16 @@ class RowBatch:
         """The tick of each row, of shape (rows,)."""
         return self.first + self.every * np.arange(len(self), dtype=np.int64)
 
-    def columns(self, elements: Sequence[RecordedElement], h: float) -> dict[str, NDArray[Any]]:
+    def columns(self, elements: Sequence[RecordedElement]) -> dict[str, NDArray[Any]]:
         """The rows as columns.
 
         Args:
             elements: Those of the group, as `RowLog.elements` gives them.
-            h: The macro step [s].
 
         Returns:
             Columns of shape (rows,) by name: `time` [s], then one for each element.
         """
-        return {"time": self.ticks * h} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
+        return {"time": self.times} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
 
 
 class _Group:
@@ -99,16 +100,19 @@ class RowLog:
 
     Args:
         table: The signal table.
-        length: Number of ticks.
+        times: The time of each tick [s], (ticks,).
         choice: Which signals are kept at every how many ticks.
 
     Raises:
         RequestError: A pattern fits no signal, or the rows would take too much memory.
     """
 
-    def __init__(self, table: SignalTable, length: int, choice: Choice = EVERYTHING) -> None:
+    def __init__(self, table: SignalTable, times: NDArray[np.float64], choice: Choice = EVERYTHING) -> None:
+        self.times = times
+        """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
         self.kept = 0
         """Number of ticks whose rows are complete, so that another thread may read them."""
+        length = len(times)
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
@@ -162,7 +166,8 @@ class RowLog:
             if begin < end:
                 blocks = {kind: rows[begin:end] for kind, rows in group.rows.items()}
                 ticks = slice(begin * group.every, last, group.every)
-                batches.append(RowBatch(i, begin * group.every, group.every, blocks, step_times[ticks]))
+                times = self.times[ticks], step_times[ticks]
+                batches.append(RowBatch(i, begin * group.every, group.every, blocks, *times))
         return batches
 
     def columns(self) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:

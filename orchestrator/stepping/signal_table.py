@@ -109,6 +109,11 @@ class SignalTable:
         gathers += [_convert(c.values, c.conversion, inputs[c.type][c.slots]) for c in conversions]
         return inputs
 
+    def unset(self, unit: str) -> set[str]:
+        """The inputs of a unit that nobody has a value for."""
+        paths = {path.partition(".")[::2] for path in self.system.unset} - self._held
+        return {name for owner, name in paths if owner == unit}
+
     def _drivers(self, unit: str) -> tuple[dict[Type, list[int]], list[_Conversion]]:
         """By type, the place in the table of each element of a unit's inputs; and the values that are converted.
 

@@ -68,7 +68,8 @@ class WrittenInputs:
         wires = [c for c in self._system.connections if (c.unit, c.input) == (unit, name)]
         wire = next((c for c in wires if c.input_element is None or c.input_element.at == i), None)
         if wire is None:
-            return np.full(rows, np.ravel(self._system.held[path])[i])
+            held = self._system.held.get(path)  # without one, the unit keeps a value that nobody knows
+            return np.full(rows, np.nan if held is None else np.ravel(held)[i])
         output = self._system.variable(f"{wire.source}.{wire.output}").elements[_source_element(wire, i)]
         values = columns.get(f"{wire.source}.{output}")
         return values if values is None or wire.conversion == IDENTITY else wire.conversion(values)

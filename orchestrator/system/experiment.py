@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from components.interfaces.problem import choices, refuse
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
@@ -48,26 +51,57 @@ def macro_step(h: float) -> float:
     return h
 
 
-def last_tick(h: float, until: float) -> int:
-    """The tick at which a run ends.
+_ROUNDING: Final = 1e-9
+"""By how many ticks a time may miss its tick, relative to the number of ticks."""
+
+
+@dataclass(frozen=True)
+class TimeGrid:
+    """The communication points of a run: ``start + tick * h``, never a running sum.
 
     Args:
         h: The macro step [s].
         until: The stop time [s].
-
-    Returns:
-        The number of macro steps from 0 s to the stop time.
+        start: The start time [s].
 
     Raises:
-        RequestError: The stop time is negative, or not a whole number of macro steps.
+        RequestError: The stop time lies before the start time, or not a whole number of macro steps after it.
     """
-    macro_step(h)
-    if not (math.isfinite(until) and until >= 0):
-        raise refuse("stop time", f"{until:g} s", "a number of seconds, 0 or more")
-    ticks = round(until / h)
-    if abs(ticks * h - until) > 1e-9 * max(1.0, until):
-        raise refuse("stop time", f"{until:g} s", f"a whole number of steps of {h:g} s", f"Try {ticks * h:g} s.")
-    return ticks
+
+    h: float
+    until: float
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        macro_step(self.h)
+        if not math.isfinite(self.start):
+            raise refuse("start time", f"{self.start:g} s", "a number of seconds")
+        if not (math.isfinite(self.until) and self.until >= self.start):
+            raise refuse("stop time", f"{self.until:g} s", f"a number of seconds, {self.start:g} or more")
+        nearest = self.at(self.last_tick)
+        if abs(nearest - self.until) > 1e-9 * max(1.0, abs(self.until)):
+            after = f" after the start at {self.start:g} s" if self.start else ""
+            valid = f"a whole number of steps of {self.h:g} s{after}"
+            raise refuse("stop time", f"{self.until:g} s", valid, f"Try {nearest:g} s.")
+
+    @property
+    def last_tick(self) -> int:
+        """The tick at which the run ends."""
+        return round((self.until - self.start) / self.h)
+
+    def at(self, tick: int) -> float:
+        """The time of a tick [s]."""
+        return self.start + tick * self.h
+
+    def ticks(self, times: Any) -> NDArray[np.int64]:
+        """The tick of each row, (n,), from the times of the rows [s]; a row between two ticks belongs to the later."""
+        after = (np.asarray(times, dtype=float) - self.start) / self.h
+        return np.ceil(after - _ROUNDING * np.maximum(1.0, np.abs(after))).astype(np.int64)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """The time of each tick [s], (ticks,)."""
+        return np.asarray(self.start + np.arange(self.last_tick + 1) * self.h, dtype=np.float64)
 
 
 Choice: TypeAlias = Mapping[str, int]
@@ -92,6 +126,10 @@ class Scenario:
     """Stop time [s]."""
     sources: Mapping[str, Mapping[str, Any]]
     """Value, unit of measurement and source of every parameter, by full path."""
+    start: float = 0.0
+    """Start time [s]."""
+    tolerance: float | None = None
+    """The relative tolerance that a person wants of all FMUs."""
     record: Choice = field(default_factory=lambda: dict(EVERYTHING))
     """Which signals are recorded, and at every how many ticks."""
     algorithm: Algorithm = Algorithm.SEQUENTIAL
@@ -99,3 +137,8 @@ class Scenario:
     """Whether algebraic loops are solved by iteration instead of being refused."""
     remarks: tuple[str, ...] = ()
     """What a person should know of the system before it runs."""
+
+    @property
+    def grid(self) -> TimeGrid:
+        """The communication points. Raises `RequestError`."""
+        return TimeGrid(self.h, self.until, self.start)

@@ -37,6 +37,8 @@ class System:
         sockets: The sockets that units must fit, by the name of the unit.
         transformations: The transformation of the value that an input receives, by input as in `wiring`.
         unconverted: Inputs whose values are not converted to their unit of measurement.
+        unset: Full paths of inputs that nothing drives and nobody has a value for: a unit keeps the values that it has
+            for them inside.
         steps: Steps of units that have their own, in macro steps: a whole number, or the reciprocal of one.
 
     Raises:
@@ -49,6 +51,7 @@ class System:
     sockets: Mapping[str, Socket] = field(default_factory=dict[str, Socket])
     transformations: Mapping[str, Transformation] = field(default_factory=dict[str, Transformation])
     unconverted: Collection[str] = frozenset()
+    unset: Collection[str] = frozenset()
     steps: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
 
     def __post_init__(self) -> None:
@@ -148,9 +151,12 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
             yield Problem(path, f"two sources, {driven[path]} and a held value", "one source")
         else:
             yield from inputs[path].quantity.problems(path, np.asarray(value))
+    for path in system.unset:
+        if path not in inputs:
+            yield Problem(path, "an input that does not exist", choices(inputs), did_you_mean(path, inputs))
     for path, variable in inputs.items():
         unit = path.partition(".")[0]
-        if path not in driven and path not in system.held:
+        if path not in driven and path not in system.held and path not in system.unset:
             undriven = [e for e in variable.elements if f"{unit}.{e}" not in driven]
             missing = "no source" if len(undriven) == variable.size else f"no source of {', '.join(undriven)}"
             if undriven:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -20,6 +20,7 @@ from orchestrator.recording.stream import ShapeBatch, write
 from orchestrator.results.provenance import facts
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.rows import paces
+from orchestrator.system.experiment import TimeGrid
 from orchestrator.system.shown import signal_path
 
 RunRows: TypeAlias = Mapping[str, NDArray[Any]]
@@ -40,7 +41,7 @@ def rebuild(run: KeptRun, table: RunRows, path: Path) -> None:
     scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
     page = Page(entity="/about", text=pages.page(run.name, facts(run.summary), scenario.system))
-    batches = [*_batches(picture, groups, scenario.h), *_fault(picture, run, table)]
+    batches = [*_batches(picture, groups, scenario.grid), *_fault(picture, run, table)]
     write(path, run.name, screen([picture]), [page, *picture.styles()], batches)
 
 
@@ -72,10 +73,10 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[RunRows], differences: Seq
     styles += _difference_styles(chosen, names)
     batches: list[ShapeBatch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
-        h = run.scenario.h
-        batches += [*_batches(pictures[i], groups[i], h), *_fault(pictures[i], run, table)]
+        grid = run.scenario.grid
+        batches += [*_batches(pictures[i], groups[i], grid), *_fault(pictures[i], run, table)]
         if i:
-            batches.append(ShapeBatch(_ticks(table, h), h, _differences(names[i], chosen, tables[0], table)))
+            batches.append(_batch(table, grid, _differences(names[i], chosen, tables[0], table)))
     views = [_view(column, names, pictures[0]) for column in chosen]
     write(path, " against ".join(names), screen(pictures, views), styles, batches)
 
@@ -141,7 +142,7 @@ def _problems(chosen: Sequence[str], runs: Sequence[KeptRun], tables: Sequence[R
 
 def _groups(run: KeptRun, table: RunRows) -> list[RunRows]:
     """The rows as they were recorded: the columns that were kept at the same ticks, without the ticks in between."""
-    pace, ticks = paces(run.scenario.system, run.scenario.record), _ticks(table, run.scenario.h)
+    pace, ticks = paces(run.scenario.system, run.scenario.record), run.scenario.grid.ticks(table["time"])
     groups: list[RunRows] = []
     for every in sorted({pace.get(column, 0) for column in table} - {0}):
         at = ticks % every == 0
@@ -149,15 +150,20 @@ def _groups(run: KeptRun, table: RunRows) -> list[RunRows]:
     return groups
 
 
-def _batches(picture: RunPicture, groups: Sequence[RunRows], h: float) -> list[ShapeBatch]:
-    return [ShapeBatch(_ticks(rows, h), h, picture.shapes(rows, None)) for rows in groups]
+def _batches(picture: RunPicture, groups: Sequence[RunRows], grid: TimeGrid) -> list[ShapeBatch]:
+    return [_batch(rows, grid, picture.shapes(rows, None)) for rows in groups]
+
+
+def _batch(rows: RunRows, grid: TimeGrid, shapes: Iterable[Shape | Style]) -> ShapeBatch:
+    times = np.asarray(rows["time"], dtype=float)
+    return ShapeBatch(grid.ticks(times), times, shapes)
 
 
 def _fault(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
     """Why a run ended before its stop time, at its last tick."""
-    last, about = _ticks(table, run.scenario.h)[-1:], facts(run.summary)
-    if "fault" in about and len(last):
-        yield ShapeBatch(last, run.scenario.h, [picture.fault(about["fault"])])
+    last, about = {"time": table["time"][-1:]}, facts(run.summary)
+    if "fault" in about and len(last["time"]):
+        yield _batch(last, run.scenario.grid, [picture.fault(about["fault"])])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:
@@ -166,7 +172,3 @@ def _names(runs: Sequence[KeptRun]) -> list[str]:
     if len(set(names)) == len(names):
         return names
     return [str(Path(run.where)) for run in runs]
-
-
-def _ticks(table: RunRows, h: float) -> NDArray[np.int64]:
-    return np.rint(np.asarray(table["time"], dtype=float) / h).astype(np.int64)

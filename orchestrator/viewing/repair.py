@@ -72,7 +72,7 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
 
     series = read_series(whole_recording(run, scratch, tell))
     ticks = np.unique(np.concatenate([own for own, _ in series.values()] or [np.zeros(0, dtype=np.int64)]))
-    columns: dict[str, Any] = {"time": ticks * run.scenario.h}
+    columns: dict[str, Any] = {"time": run.scenario.start + ticks * run.scenario.h}
     for signal in signals(run.scenario.system):
         if signal.entity in series:
             own, values = series[signal.entity]

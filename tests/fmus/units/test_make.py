@@ -6,7 +6,7 @@ import pytest
 
 from fmus.reading.opening import open_fmu
 from fmus.units.clocked_unit import ClockedUnit
-from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit
+from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.make import fmu_unit
 
 

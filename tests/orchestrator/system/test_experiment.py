@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm, Scenario, algorithm_named, last_tick, macro_step
+from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm, Scenario, TimeGrid, algorithm_named, macro_step
 
 
 def test_an_unknown_algorithm_is_refused_with_those_there_are():
@@ -30,7 +30,7 @@ def test_a_step_that_can_be_stepped_with_stays_as_it_is(h):
     ("h", "found"), [(0.0, "0 s"), (-0.1, "-0.1 s"), (float("nan"), "nan s"), (float("inf"), "inf s")]
 )
 def test_a_step_that_is_none_is_refused(h, found):
-    for refused in (macro_step, lambda h: last_tick(h, 1.0)):
+    for refused in (macro_step, lambda h: TimeGrid(h, 1.0)):
         with pytest.raises(RequestError) as error:
             refused(h)
         assert str(error.value) == f"step: found {found}; valid: a positive number of seconds"
@@ -40,12 +40,12 @@ def test_a_step_that_is_none_is_refused(h, found):
     ("h", "until", "ticks"), [(0.1, 0.0, 0), (0.1, 11.3, 113), (0.1, 0.3, 3), (0.05, 2.0, 40), (1 / 3, 1.0, 3)]
 )
 def test_a_run_ends_at_the_tick_of_its_stop_time(h, until, ticks):
-    assert last_tick(h, until) == ticks
+    assert TimeGrid(h, until).last_tick == ticks
 
 
 @given(ticks=st.integers(0, 10**6), h=st.sampled_from([0.1, 0.01, 0.05, 0.3, 1 / 3, 1e-3]))
 def test_ticks_and_seconds_are_converted_both_ways(ticks, h):
-    assert last_tick(h, ticks * h) == ticks
+    assert TimeGrid(h, ticks * h).last_tick == ticks
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ def test_ticks_and_seconds_are_converted_both_ways(ticks, h):
 )
 def test_a_stop_time_that_no_tick_has_is_refused_with_the_nearest(until, text):
     with pytest.raises(RequestError) as error:
-        last_tick(0.1, until)
+        TimeGrid(0.1, until)
     assert str(error.value) == text
 
 

@@ -10,7 +10,7 @@ from components import BLOCKS
 from components.interfaces.sockets import PLANT
 from fmus.toolchain.version import Version
 from fmus.units.block_unit import BlockUnit
-from fmus.units.fmu_unit import Fmu2Unit, Fmu3Unit
+from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.isolated_unit import IsolatedUnit
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.reused_unit import release_all

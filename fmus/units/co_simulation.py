@@ -1,0 +1,155 @@
+"""The Co-Simulation FMUs of each version of FMI: how they are instantiated, initialised and stepped."""
+# pyright: basic
+# FMPy and ctypes carry few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from typing import Any, Final
+
+from typing_extensions import override
+
+from fmus.toolchain.fmpy_library import (
+    FMICallException,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2LastSuccessfulTime,
+    fmi2Terminated,
+    fmi3Error,
+    free,
+)
+from fmus.units.fmi2_logger import formatting_logger, register, release
+from fmus.units.fmi_api import FMI2_API, FMI3_API
+from fmus.units.fmu_unit import FmuUnit
+from fmus.units.unit import FMI_WARNING, EndRequested, Horizon, UnitError, carry_out
+from fmus.units.value_calls import ADDRESS, library_function
+
+_DISCARD: Final = 2
+"""The FMI status of a step that was not made to its end."""
+_SAME_TIME: Final = 1e-9
+
+
+class CoSimulationUnit(FmuUnit):
+    """What the Co-Simulation units of all versions share: a first step that fails without the stop time."""
+
+    def _stepped(self, status: int, t: float, h: float) -> object:
+        """The status of a step, which is made once more where the FMU wants to know the stop time."""
+        if status <= FMI_WARNING or t != self._horizon.start or self._stop_is_told or self._horizon.stop is None:
+            return status
+        try:
+            self._tell_stop(UnitError(self.name, "the first step failed", self.messages))
+            carry_out(self._setters)
+            self.exit_initialization()
+        except UnitError:
+            return status
+        carry_out(self._setters)
+        return self.step(t, h)
+
+
+class Fmu2Unit(CoSimulationUnit):
+    """An FMI 2.0 Co-Simulation FMU."""
+
+    api = FMI2_API
+
+    @override
+    def _instantiate(self, *, logging: bool) -> None:
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = formatting_logger()
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        environment = register(self.name, self._log)
+        self._resources.callback(release, environment)
+        callbacks.componentEnvironment = environment
+        self._fmu.instantiate(callbacks=callbacks, loggingOn=logging)
+
+    @override
+    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+        failed = "the initialization failed"
+        # before the parameters: some FMUs load their own start values in this call
+        self._check(failed, self._fmu.setupExperiment, horizon.tolerance, horizon.start, horizon.stop)
+        self._set_parameters(parameters)
+        self._check(failed, self._fmu.enterInitializationMode)
+
+    @override
+    def _prepare_step(self) -> None:
+        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_int]
+        self._do_step = library_function(self._fmu, self.api, "DoStep", arguments)
+
+    @override
+    def step(self, t: float, h: float) -> object:
+        status = self._do_step(self._component, t, h, 1)
+        if status > FMI_WARNING:
+            if status == _DISCARD:
+                self._raise_end(t + h)
+            return self._stepped(status, t, h)
+        return status
+
+    def _raise_end(self, end: float) -> None:
+        """Raise `EndRequested` if the FMU discarded the step to `end` [s] because its simulation is over."""
+        reached = end
+        try:
+            if not self._fmu.getBooleanStatus(fmi2Terminated):
+                return
+            reached = float(self._fmu.getRealStatus(fmi2LastSuccessfulTime))
+        except (FMICallException, AttributeError):  # not every FMU knows; without an answer it is an ordinary failure
+            return
+        if end - reached >= 0:
+            raise EndRequested(self.name, reached)
+
+
+class Fmu3Unit(CoSimulationUnit):
+    """An FMI 3.0 Co-Simulation FMU, without Event Mode."""
+
+    api = FMI3_API
+
+    @override
+    def _instantiate(self, *, logging: bool) -> None:
+        self._fmu.instantiate(loggingOn=logging, logMessage=self._logged)
+
+    def _logged(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
+        self._log(status, message)
+
+    @override
+    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+        if set(self._archive.structural) & parameters.keys():
+            self._check("Configuration Mode was refused", self._fmu.enterConfigurationMode)
+            self._set_parameters(parameters, structural=True)
+            self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
+        self._set_parameters(parameters)
+        times = horizon.tolerance, horizon.start, horizon.stop
+        self._check("the initialization failed", self._fmu.enterInitializationMode, *times)
+
+    @override
+    def _prepare_step(self) -> None:
+        arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
+        self._do_step = library_function(self._fmu, self.api, "DoStep", arguments)
+        self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
+        self._reached = ctypes.c_double()
+        first = ctypes.addressof(self._flags)
+        self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
+
+    @override
+    def step(self, t: float, h: float) -> object:
+        status = self._do_step(self._component, t, h, 1, *self._results)
+        if status > FMI_WARNING:
+            return self._stepped(status, t, h)
+        if self._flags.raw != b"\0\0\0":
+            return self._flagged(status, t + h)
+        return status
+
+    def _flagged(self, status: int, end: float) -> object:
+        """The status of a step to `end` [s] after which the FMU asks for something. Raises `EndRequested`."""
+        _, terminate, early = (bool(flag) for flag in self._flags.raw)
+        reached = self._reached.value
+        if terminate:
+            raise EndRequested(self.name, min(reached, end) if early else end)
+        if early and reached < end - _SAME_TIME * max(1.0, abs(end)):
+            self.messages.append(f"the FMU returned early, at {reached:g} s, which it was not allowed to")
+            return max(status, fmi3Error)
+        remark = "it asks for Event Mode, which was not promised to it; its events are left to itself"
+        if remark not in self.remarks:
+            self.remarks.append(remark)
+        return status
