@@ -113,9 +113,9 @@ class EventMode:
         for _ in range(EVENT_ITERATIONS):
             self._fired |= {clock.name for clock in self._outputs if self._fmu.getClock([clock.reference])[0]}
             again, terminate, *_ = self._fmu.updateDiscreteStates()
+            self.active = frozenset()
             if terminate:
                 raise EndRequested(self._name, t)
-            self.active = frozenset()
             if not again:
                 break
         else:

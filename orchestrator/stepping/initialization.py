@@ -48,7 +48,7 @@ def initialise(
     before: dict[Type, Column] = {}
     _first_pass(system, schedule, units, table, checked)
     solved = {name for group in schedule.loops for name in group}
-    for _ in range(INITIALIZATION_PASSES):
+    for _ in range(INITIALIZATION_PASSES - 1):
         before = {kind: column.copy() for kind, column in outputs.items()}
         for name in schedule.order:
             if name not in solved:

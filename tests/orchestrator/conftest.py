@@ -31,7 +31,7 @@ def kept_run():
         write_system(scenario, folder)
         write_signals(frame, scenario, folder / "signals.parquet")
         stream = RerunStream(
-            folder / "recording.rrd", scenario.system, scenario.scene, name=folder.name, h=scenario.h, about={}
+            folder / "recording.rrd", scenario.system, scenario.scene, name=folder.name, grid=scenario.grid, about={}
         )
         stream.log(frame, np.zeros(len(frame)))
         stream.close()

@@ -8,6 +8,7 @@ from fmpy.fmi3 import fmi3IntervalChanged, fmi3IntervalNotYetKnown
 from fmus.clock import Clock
 from fmus.units import event_mode
 from fmus.units.event_mode import EventError, EventMode, StepResult
+from fmus.units.unit import EndRequested
 
 
 class Fmu:
@@ -49,7 +50,7 @@ TRIGGERED = Clock("t", "input", "triggered", reference=4)
 
 
 def begun(fmu, *clocks):
-    mode = EventMode(fmu, clocks, 0.1)
+    mode = EventMode("m", fmu, clocks, 0.1)
     mode.prepare()
     mode.begin()
     return mode
@@ -96,7 +97,7 @@ def test_a_failed_step_is_a_status_and_what_cannot_go_on_an_error(monkeypatch):
     fmu = Fmu()
     mode = begun(fmu)
     assert mode.step(lambda *_: StepResult(3, interrupted=False, terminate=False, reached=0.0), 0.0, 0.1) == 3
-    with pytest.raises(EventError, match=r"it asked for the end of the simulation at 0\.05 s"):
+    with pytest.raises(EndRequested, match=r"`m` asked for the end of the run at 0\.05 s"):
         mode.step(lambda *_: StepResult(0, interrupted=True, terminate=True, reached=0.05), 0.0, 0.1)
     with pytest.raises(EventError, match="it returned early from its step without having moved, at 0 s"):
         mode.step(lambda *_: StepResult(0, interrupted=False, terminate=False, reached=0.0), 0.0, 0.1)
@@ -104,7 +105,7 @@ def test_a_failed_step_is_a_status_and_what_cannot_go_on_an_error(monkeypatch):
     with pytest.raises(EventError, match=r"its discrete states do not come to rest at 0\.1 s \(3 iterations\)"):
         mode.update(0.1)
     fmu.ends = True
-    with pytest.raises(EventError, match=r"it asked for the end of the simulation at 0\.1 s"):
+    with pytest.raises(EndRequested, match=r"`m` asked for the end of the run at 0\.1 s"):
         mode.update(0.1)
     with pytest.raises(EventError, match="the clock with value reference 1 has the interval -1 s"):
         begun(Fmu(), Clock("c", "input", "constant", reference=1, interval=-1.0))

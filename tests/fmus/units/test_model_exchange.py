@@ -297,9 +297,10 @@ def test_an_event_that_does_not_settle_ends_the_run(models, version):
 
 def test_an_fmu_that_ends_the_simulation_is_told(models, version):
     system = alone(models["clockwork", version], {"end": 0.33}, {"m.gate": False})
-    with pytest.raises(SimulationError) as error:
-        simulate(system, h=0.1, until=0.5)
-    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: the FMU ended the simulation at 0.33 s"
+    with Simulation(system, h=0.1, until=0.5) as simulation:
+        simulation.run()
+        assert simulation.columns()["time"].tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.33], abs=1e-8)
+    assert str(simulation.ended) == "`m` asked for the end of the run at 0.33 s"
 
 
 def test_derivatives_that_fail_end_the_run_with_all_rows(models, version):

@@ -122,7 +122,7 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
         "Modes and solver status",
     ]
     blueprint(made)
-    batch = ShapeBatch(np.arange(4), 0.5, picture.shapes(rows, None))
+    batch = ShapeBatch(np.arange(4), 0.5 * np.arange(4), picture.shapes(rows, None))
     write(tmp_path / "run.rrd", "foreign", made, picture.styles(), [batch])
     assert (tmp_path / "run.rrd").stat().st_size > 1000
 

@@ -28,12 +28,12 @@ def test_a_shape_is_sent_at_its_own_rows_and_one_without_rows_not_at_all():
         shapes.SeriesValues(entity="/none", rows=none, values=np.zeros(0)),
         shapes.Page(entity="/page", text="a"),
     ]
-    archetypes.send_shapes(sent, ticks, 0.1, drawn)
+    archetypes.send_shapes(sent, ticks, 0.1 * ticks, drawn)
     assert sent == [("/all", [4, 4]), ("/some", [2, 2]), ("/page", True)]
 
 
 def test_an_unknown_shape_or_style_is_an_error():
     with pytest.raises(TypeError, match="Shape"):
-        archetypes.send_shapes(Sent(), np.arange(1), 0.1, [shapes.Shape(entity="/a")])
+        archetypes.send_shapes(Sent(), np.arange(1), np.zeros(1), [shapes.Shape(entity="/a")])
     with pytest.raises(TypeError, match="Style"):
         archetypes.send_style(Sent(), shapes.Style(entity="/a"))

@@ -12,7 +12,9 @@ from orchestrator.recording.stream import ShapeBatch, write
 
 def test_series_have_each_tick_once_in_order_from_whatever_batches(tmp_path):
     def batch(ticks, values):
-        return ShapeBatch(np.array(ticks), 0.1, [SeriesValues(entity="/signals/a", values=np.array(values))])
+        return ShapeBatch(
+            np.array(ticks), 0.1 * np.array(ticks), [SeriesValues(entity="/signals/a", values=np.array(values))]
+        )
 
     layout = ViewGroup("tabs", [Panel("page", "about", "/about")])
     batches = [batch([4, 5], [[4.0, 40.0], [5.0, 50.0]]), batch([0, 2, 4], [[0.0, 0.0], [2.0, 20.0], [4.0, 40.0]])]

@@ -15,7 +15,7 @@ from orchestrator.recording.stream import RerunStream
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
-from orchestrator.system.experiment import Scenario
+from orchestrator.system.experiment import Scenario, TimeGrid
 from orchestrator.system.system import System
 
 
@@ -44,7 +44,9 @@ def rows(static: Scenario):
 
 
 def _record(path, system, scene, frame, times, batches=1):
-    stream = RerunStream(path, system, scene, name="a run", h=0.1, about={"scenario": "static", "version": "0.0"})
+    stream = RerunStream(
+        path, system, scene, name="a run", grid=TimeGrid(0.1, 100.0), about={"scenario": "static", "version": "0.0"}
+    )
     for part in np.array_split(np.arange(len(frame)), batches):
         stream.log(frame.iloc[part], times[part])
     stream.close()

@@ -163,7 +163,7 @@ def test_a_value_that_is_not_finite_ends_the_run_and_keeps_the_rows(static):
 
 
 def test_a_unit_that_fails_to_start_is_a_fault_at_time_zero(static, monkeypatch):
-    def refuse(self, parameters):
+    def refuse(self, *_):
         raise UnitError("plant", "the initialization failed", ["m is negative"])
 
     monkeypatch.setattr("fmus.units.block_unit.BlockUnit.enter_initialization", refuse)

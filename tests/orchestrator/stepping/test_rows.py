@@ -131,7 +131,7 @@ def test_batches_hold_every_row_once(cuts, choice):
     for first, last in zip([0, *cuts], [*cuts, 21], strict=True):
         for batch in simulation.log.batches(first, last, simulation.step_times):
             assert (batch.step_times == simulation.step_times[batch.ticks]).all()
-            columns = batch.columns(simulation.log.elements[batch.group], 0.1)
+            columns = batch.columns(simulation.log.elements[batch.group])
             assert columns.pop("time").tolist() == (batch.ticks * 0.1).tolist()
             times += batch.ticks.tolist() if batch.group == 0 else []
             for name, values in columns.items():

@@ -92,7 +92,7 @@ def test_a_signal_that_lacks_rows_in_the_recording_keeps_the_others(run, scratch
     frame = pd.read_parquet(run / "signals.parquet")
     (run / "signals.parquet").unlink()
     system, scene = (found := find(run)).scenario.system, found.scenario.scene
-    stream = RerunStream(run / "recording.rrd", system, scene, name="run", h=0.1, about={})
+    stream = RerunStream(run / "recording.rrd", system, scene, name="run", grid=found.scenario.grid, about={})
     stream.log({name: frame[name].to_numpy() for name in ("time", "plant.state.x")}, None)
     stream.log({name: frame[name].to_numpy()[::5] for name in ("time", "plant.state.y")}, None)
     stream.close()

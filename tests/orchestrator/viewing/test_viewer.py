@@ -117,7 +117,9 @@ def test_views_of_what_is_not_recorded_leave_their_room_to_the_others(static, gr
     frame = pd.read_parquet(static / "signals.parquet")
     rows = {name: frame[name].to_numpy() for name in frame if name == "time" or name.startswith("plant.")}
     scenario, path = run.scenario, tmp_path / "plant.rrd"
-    stream = RerunStream(path, scenario.system, scenario.scene, name="plant", h=0.1, about={}, recorded=[list(rows)])
+    stream = RerunStream(
+        path, scenario.system, scenario.scene, name="plant", grid=scenario.grid, about={}, recorded=[list(rows)]
+    )
     stream.log(rows, None)
     stream.close()
     (content,) = photograph(path, [4.0])
@@ -133,7 +135,9 @@ def test_views_of_what_is_not_recorded_leave_their_room_to_the_others(static, gr
 @pytest.mark.slow
 def test_a_run_without_rows_has_a_picture_at_any_time(static, graphics, tmp_path):
     scenario, path = kept.find(static).scenario, tmp_path / "empty.rrd"
-    RerunStream(path, scenario.system, None, name="empty", h=0.1, about={"status": "running"}, recorded=[]).close()
+    RerunStream(
+        path, scenario.system, None, name="empty", grid=scenario.grid, about={"status": "running"}, recorded=[]
+    ).close()
     (content,) = photograph(path, [1.0])
     picture = np.asarray(Image.open(io.BytesIO(content)).convert("RGB"))
     assert (picture.min(axis=-1) > 150).sum() > 1000, "the page about the run"
