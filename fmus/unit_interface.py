@@ -14,6 +14,22 @@ from fmus.clock import Clock
 
 
 @dataclass(frozen=True)
+class SuggestedExperiment:
+    """The experiment that the file of a unit suggests; times in [s]."""
+
+    start: float = 0.0
+    stop: float | None = None
+    step: float | None = None
+    """The communication step that the unit prefers."""
+    fixed_step: float | None = None
+    """The step in which the unit computes, whatever it is asked for."""
+    any_step: bool = True
+    """Whether the unit says that it takes steps of any length."""
+    tolerance: float | None = None
+    """The relative tolerance."""
+
+
+@dataclass(frozen=True)
 class Interface:
     """What is known of a unit before it runs."""
 

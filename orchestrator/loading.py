@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from components.interfaces.problem import refuse
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
-from orchestrator.scenario.options import Options
+from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
-from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named
+from orchestrator.scenario.suggested_times import deviations
+from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named, relative_tolerance
 
-_UNCHANGED: Final = Options()
 
-
-def load(request: str, options: Options = _UNCHANGED, progress: Progress = SILENT) -> Scenario:
+def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT) -> Scenario:
     """Load what is to be run, apply the options, and check everything that can be checked before the first step.
 
     Blocks run as FMUs unless the options say otherwise; the FMUs that are missing or out of date are built.
@@ -41,21 +39,24 @@ def load(request: str, options: Options = _UNCHANGED, progress: Progress = SILEN
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
-        return prepare(request, options, progress)
-    if options.replacements or options.mode != _UNCHANGED.mode:
+        return _told(prepare(request, options, progress))
+    if options.replacements or options.mode != UNCHANGED.mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
-        return with_options(single_fmu(path, settings, options), options)
+        return _told(with_options(single_fmu(path, settings, options), options))
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
-    scenario = ssp_reader.read(
-        path, settings, options.step, options.stop_time, lenient=options.lenient, isolate=options.isolate
-    )
+    scenario = ssp_reader.read(path, settings, options)
     if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
         remark = "that run was cut short; this one begins anew"
         scenario = replace(scenario, remarks=(*scenario.remarks, remark))
-    return with_options(scenario, options)
+    return _told(with_options(scenario, options))
+
+
+def _told(scenario: Scenario) -> Scenario:
+    """The scenario with remarks on what its units do not get of the experiment that they suggest."""
+    return replace(scenario, remarks=(*scenario.remarks, *deviations(scenario)))
 
 
 def with_options(scenario: Scenario, options: Options) -> Scenario:
@@ -76,6 +77,7 @@ def with_options(scenario: Scenario, options: Options) -> Scenario:
         algorithm=_algorithm(scenario, options),
         solve_loops=options.solve_loops or scenario.solve_loops,
         record=parse_record(options.record) or scenario.record,
+        tolerance=scenario.tolerance if options.tolerance is None else relative_tolerance(options.tolerance),
     )
 
 

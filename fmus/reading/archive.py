@@ -12,7 +12,7 @@ from typing import Any, Final
 from fmus.reading.declared_variables import whole_name
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.version import Version
-from fmus.unit_interface import Interface
+from fmus.unit_interface import Interface, SuggestedExperiment
 
 VALID_FMU: Final = (
     f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
@@ -61,24 +61,17 @@ class Archive:
         return str(self.description.description or self.description.modelName)
 
     @property
-    def default_step(self) -> float | None:
-        """The step [s] that its default experiment asks for."""
-        return _number(getattr(self.description.defaultExperiment, "stepSize", None))
-
-    @property
-    def default_stop_time(self) -> float | None:
-        """The stop time [s] of its default experiment."""
-        return _number(getattr(self.description.defaultExperiment, "stopTime", None))
-
-    @property
-    def default_start_time(self) -> float:
-        """The start time [s] of its default experiment."""
-        return _number(getattr(self.description.defaultExperiment, "startTime", None)) or 0.0
-
-    @property
-    def default_tolerance(self) -> float | None:
-        """The relative tolerance of its default experiment."""
-        return _number(getattr(self.description.defaultExperiment, "tolerance", None))
+    def suggested(self) -> SuggestedExperiment:
+        """The experiment that it suggests."""
+        default, interface = self.description.defaultExperiment, self.interface_type
+        return SuggestedExperiment(
+            start=_number(getattr(default, "startTime", None)) or 0.0,
+            stop=_number(getattr(default, "stopTime", None)),
+            step=_number(getattr(default, "stepSize", None)),
+            fixed_step=_number(getattr(interface, "fixedInternalStepSize", None)),
+            any_step=self.is_model_exchange or bool(interface.canHandleVariableCommunicationStepSize),
+            tolerance=_number(getattr(default, "tolerance", None)),
+        )
 
     def declares(self, name: str) -> bool:
         """Whether it declares a variable of a name, also one that no master exchanges."""

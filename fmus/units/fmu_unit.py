@@ -153,7 +153,7 @@ class FmuUnit(Unit):
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
-        wanted = self._archive.default_tolerance if horizon.tolerance is None else horizon.tolerance
+        wanted = self._archive.suggested.tolerance if horizon.tolerance is None else horizon.tolerance
         self._parameters, self._horizon = parameters, replace(horizon, tolerance=wanted)
         self._stop_is_told = False
         try:

@@ -98,7 +98,10 @@ class ModelExchangeUnit(FmuUnit):
         """The relative tolerance of the integrator: what a person wants, else at least as fine as our default."""
         if wanted is not None:
             return wanted
-        declared = self._archive.default_tolerance or 0.0
+        declared = self._archive.suggested.tolerance or 0.0
+        if declared > LOOSEST_TOLERANCE:
+            finer = f"a relative tolerance of {LOOSEST_TOLERANCE:g}, finer than the {declared:g} of its file"
+            self.remarks.append(f"it is integrated with {finer}; --tolerance changes it")
         return min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE
 
     @override

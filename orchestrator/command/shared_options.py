@@ -56,7 +56,12 @@ _SHARED: Final = (
         default=False,
     ),
     _option("stop_time", Annotated[float | None, typer.Option(help="End of the run [s].")]),
+    _option("start_time", Annotated[float | None, typer.Option(help="Beginning of the run [s].")]),
     _option("step", Annotated[float | None, typer.Option(help="Macro step [s].")]),
+    _option(
+        "tolerance",
+        Annotated[float | None, typer.Option(help="Relative tolerance that all FMUs are told; each its own if not.")],
+    ),
     _option(
         "algorithm",
         Annotated[

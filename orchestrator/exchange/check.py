@@ -13,7 +13,7 @@ from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
-from fmus.unit_interface import Interface
+from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.unit import UnitError
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
@@ -177,9 +177,24 @@ def _description(path: Path, archive: Archive) -> Iterator[str]:
     yield f"  runs on {', '.join(platforms(archive)) or 'no platform'}{suffix}{sources}"
     if d.generationTool:
         yield f"  made by {d.generationTool}{f', {d.generationDateAndTime}' if d.generationDateAndTime else ''}"
+    if times := _suggested(archive.suggested):
+        yield f"  its experiment: {times}"
     can = {"rolls back": archive.interface.rolls_back, "has event mode": archive.interface.event_mode}
     if able := [what for what, is_so in can.items() if is_so]:
         yield f"  {', '.join(able)}"
+
+
+def _suggested(wished: SuggestedExperiment) -> str:
+    """The experiment that an FMU suggests, in words; empty where it suggests none."""
+    said = (
+        ("start time", wished.start or None, " s"),
+        ("stop time", wished.stop, " s"),
+        ("step", wished.step, " s"),
+        ("internal step", wished.fixed_step, " s"),
+        ("tolerance", wished.tolerance, ""),
+    )
+    steps = [] if wished.any_step or wished.step is None else ["not said to take other steps"]
+    return ", ".join([f"{name} {value:g}{unit}" for name, value, unit in said if value is not None] + steps)
 
 
 def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.socket import Socket
-from fmus.unit_interface import Interface
+from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
 from orchestrator.mapping.fitting import fit
@@ -50,6 +50,11 @@ class Mapped(UnitSource):
     @override
     def describe(self) -> SourceDescription:
         return self.fmu.describe()
+
+    @property
+    @override
+    def suggested(self) -> SuggestedExperiment:
+        return self.fmu.suggested
 
     @override
     def mapping_text(self, file: str | None = None) -> str:

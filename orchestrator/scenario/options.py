@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from fmus.toolchain.version import Version
 
@@ -25,6 +25,10 @@ class Options:
     """Macro step [s]; that of the scenario if not given."""
     stop_time: float | None = None
     """End of the run [s]; that of the scenario if not given."""
+    start_time: float | None = None
+    """Beginning of the run [s]; that of the scenario if not given."""
+    tolerance: float | None = None
+    """The relative tolerance that all FMUs are told; that of the scenario, or each FMU's own, if not given."""
     record: Sequence[str] = ()
     """Patterns of the signals that are recorded, such as `controller.plan.*:10` for every tenth tick."""
     algorithm: str | None = None
@@ -35,3 +39,7 @@ class Options:
     """Whether files may be used although they break rules of FMI or SSP."""
     isolate: Sequence[str] = ()
     """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""
+
+
+UNCHANGED: Final = Options()
+"""A scenario as it stands."""

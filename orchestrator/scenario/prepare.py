@@ -33,7 +33,7 @@ from orchestrator.scenario.parameters import parameter_set
 from orchestrator.scenario.resolution import resolve
 from orchestrator.scenario.scenario_file import ScenarioFile, SocketFilling, read
 from orchestrator.scenario.settings import parse_record, parse_settings
-from orchestrator.system.experiment import EVERYTHING, Scenario, algorithm_named, macro_step
+from orchestrator.system.experiment import EVERYTHING, Scenario, algorithm_named, macro_step, relative_tolerance
 from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import Fmu, InProcess, UnitSource
@@ -67,7 +67,7 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     }
     remarks += [remark for one in filled.values() for remark in one.remarks]
     scene = resolve("scene", variables(Scene), parameter_set("scene"), content.scene.parameters, settings["scene"])
-    h, until, experiment = _experiment(content, options)
+    times, experiment = _experiment(content, options)
     raise_if_any([*(problem for one in filled.values() for problem in one.problems), *scene.problems])
 
     units = isolated(_sources(filled, options.mode, progress), options.isolate)
@@ -81,10 +81,12 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     return Scenario(
         name=name,
         title=content.title,
-        system=System(units=units, wiring=wiring_of(units), sockets=sockets, steps=_own_steps(fillings, h)),
+        system=System(units=units, wiring=wiring_of(units), sockets=sockets, steps=_own_steps(fillings, times["step"])),
         scene=Scene(**scene.values),
-        h=h,
-        until=until,
+        h=times["step"],
+        until=times["stop_time"],
+        start=times.get("start_time", 0.0),
+        tolerance=times.get("tolerance"),
         sources={**sources, **scene.sources, **experiment},
         record=parse_record(options.record) or content.record or EVERYTHING,
         algorithm=algorithm_named(options.algorithm or content.experiment.algorithm),
@@ -120,13 +122,13 @@ def _own_steps(fillings: Mapping[str, SocketFilling], h: float) -> dict[str, Fra
     steps: dict[str, Fraction] = {}
     for socket, filling in fillings.items():
         if filling.step is not None:
-            step = _seconds(f"{socket}.step", filling.step, "a positive number in `s`", above=0.0)
+            step = _number_in("s", f"{socket}.step", filling.step, "a positive number in `s`", above=0.0)
             steps[socket] = Fraction(step / h).limit_denominator(1_000_000)
     return steps
 
 
-def _seconds(where: str, given: Given, valid: str, above: float = -math.inf) -> float:
-    if given.unit == "s" and isinstance(given.value, int | float) and above < given.value <= sys.float_info.max:
+def _number_in(unit: str, where: str, given: Given, valid: str, above: float = -math.inf) -> float:
+    if given.unit == unit and isinstance(given.value, int | float) and above < given.value <= sys.float_info.max:
         return float(given.value)
     raise refuse(where, f"`{given.value}` in `{given.unit}`", valid)
 
@@ -176,13 +178,19 @@ def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> di
     return units
 
 
-def _experiment(content: ScenarioFile, options: Options) -> tuple[float, float, dict[str, Mapping[str, Any]]]:
-    seconds: dict[str, float] = {}
+def _experiment(content: ScenarioFile, options: Options) -> tuple[dict[str, float], dict[str, Mapping[str, Any]]]:
+    """The numbers of the experiment, as far as they are given, and where each comes from."""
+    numbers: dict[str, float] = {}
     sources: dict[str, Mapping[str, Any]] = {}
-    for name, override in (("step", options.step), ("stop_time", options.stop_time)):
-        given: Given = getattr(content.experiment, name)
+    for name, unit in (("step", "s"), ("stop_time", "s"), ("start_time", "s"), ("tolerance", "1")):
+        given: Given | None = getattr(content.experiment, name)
+        override = getattr(options, name)
         if override is not None:
-            given = Given(value=override, unit="s", source=f"--{name.replace('_', '-')}")
-        seconds[name] = _seconds(f"experiment.{name}", given, "a number in `s`")
-        sources[f"experiment.{name}"] = given.model_dump()
-    return macro_step(seconds["step"]), seconds["stop_time"], sources
+            given = Given(value=override, unit=unit, source=f"--{name.replace('_', '-')}")
+        if given is not None:
+            numbers[name] = _number_in(unit, f"experiment.{name}", given, f"a number in `{unit}`")
+            sources[f"experiment.{name}"] = given.model_dump()
+    macro_step(numbers["step"])
+    if "tolerance" in numbers:
+        relative_tolerance(numbers["tolerance"])
+    return numbers, sources

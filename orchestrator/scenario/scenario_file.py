@@ -21,12 +21,14 @@ _STRICT: Final = ConfigDict(extra="forbid", strict=True)
 
 
 class ExperimentTable(BaseModel):
-    """The stop time, the macro step and the algorithm of an experiment."""
+    """The times, the tolerance and the algorithm of an experiment."""
 
     model_config = _STRICT
 
     step: Given
     stop_time: Given
+    start_time: Given | None = None
+    tolerance: Given | None = None
     algorithm: str = "sequential"
     solve_loops: bool = False
 

@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from components.interfaces.problem import raise_if_any, refuse
-from components.interfaces.quantity import zeros
-from components.interfaces.record import Variable
-from fmus.reading.archive import Archive
+from components.interfaces.problem import choices, raise_if_any, refuse
+from fmus.unit_interface import SuggestedExperiment
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.resolution import Setting, resolve
-from orchestrator.system.experiment import STEP, Scenario, macro_step
+from orchestrator.scenario.suggested_times import suggested_step, whole_steps
+from orchestrator.system.experiment import Scenario, macro_step
 from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
@@ -41,15 +40,19 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     inputs = {v.name for v in interface.inputs}
     resolved = resolve(unit, interface.parameters, settings=[s for s in mine if s.name not in inputs])
     start_values = {
-        v.name: Given(value=_start(v, interface.starts), unit=v.quantity.unit, source="its start value")
+        v.name: Given(value=_plain(interface.starts[v.name]), unit=v.quantity.unit, source="its start value")
         for v in interface.inputs
+        if v.name in interface.starts
     }
     held = resolve(unit, interface.inputs, given=start_values, settings=[s for s in mine if s.name in inputs])
     raise_if_any([*resolved.problems, *held.problems])
-    h, until, remarks = _experiment(archive, options)
+    start, h, until, remarks = _times(archive.suggested, options)
+    unset = sorted(inputs - held.values.keys())
+    if unset:
+        remarks += (f"nothing drives or sets the inputs {choices(unset)}: they keep the values inside the FMU",)
     if held.values:
         inputs_text = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
-        remarks.append(f"nothing drives the inputs {inputs_text}")
+        remarks += (f"nothing drives the inputs {inputs_text}",)
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=archive.title,
@@ -57,30 +60,35 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
             isolated({unit: fmu.with_parameters(resolved.values)}, options.isolate),
             {},
             {held.path(name): value for name, value in held.values.items()},
+            unset={f"{unit}.{name}" for name in unset},
         ),
         scene=None,
         h=h,
         until=until,
+        start=start,
         sources=resolved.sources,
         remarks=(*archive.remarks, *remarks),
     )
 
 
-def _start(variable: Variable, starts: Mapping[str, Any]) -> Any:
-    value = starts.get(variable.name, zeros(variable.quantity.type, variable.shape))
-    return value.tolist() if hasattr(value, "tolist") else value
-
-
-def _experiment(archive: Archive, options: Options) -> tuple[float, float, list[str]]:
-    """The macro step and the stop time [s], and what was decided because neither the FMU nor the user says it."""
-    remarks: list[str] = []
-    step, until = archive.default_step, archive.default_stop_time
-    h = macro_step((STEP if step is None else step) if options.step is None else options.step)
-    if options.step is None and step is None:
-        remarks.append(f"the FMU says no step: {STEP:g} s is used; --step changes it")
+def _times(wished: SuggestedExperiment, options: Options) -> tuple[float, float, float, tuple[str, ...]]:
+    """The start time, the macro step and the stop time [s], and what was decided because nobody says it."""
+    start = wished.start if options.start_time is None else options.start_time
+    h, why = suggested_step({"fmu": wished})
+    remarks: tuple[str, ...] = ()
+    if options.step is not None:
+        h = options.step
+    elif wished.step is None:
+        whole = f", {why}" if why else ""
+        remarks = (f"the FMU says no step: {h:g} s is used{whole}; --step changes it",)
+    macro_step(h)
     if options.stop_time is not None:
-        return h, options.stop_time, remarks
-    if until is None or not math.isfinite(until):
+        return start, h, options.stop_time, remarks
+    if wished.stop is None or not math.isfinite(wished.stop):
         raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
-    ticks = round(until / h)
-    return h, until if abs(ticks * h - until) <= 1e-9 * max(1.0, until) else ticks * h, remarks
+    until, cut = whole_steps(start, h, wished.stop)
+    return start, h, until, (*remarks, *cut)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value

@@ -44,6 +44,7 @@ class ScenarioAnnotation(BaseModel):
         held: The values of inputs that nothing drives, by input; bytes are hexadecimal digits.
         algorithm: The name of the master algorithm.
         solve_loops: Whether algebraic loops are solved.
+        tolerance: The relative tolerance that all FMUs are told.
         record: The signals that are recorded: by pattern, at every how many ticks.
         steps: The steps of units, as multiples of the macro step.
         isolated: The time [s] that one call of a unit in a process of its own may take.
@@ -58,6 +59,7 @@ class ScenarioAnnotation(BaseModel):
     held: dict[str, Any] = {}
     algorithm: str = Algorithm.SEQUENTIAL
     solve_loops: bool = False
+    tolerance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     record: dict[str, Annotated[int, Field(ge=0)]] = dict(EVERYTHING)
     steps: dict[str, Fraction] = {}
     isolated: dict[str, _Seconds] = {}
@@ -88,6 +90,7 @@ def annotation_of(scenario: Scenario) -> str:
         held={path: np.asarray(value, dtype=object).tolist() for path, value in system.held.items()},
         algorithm=scenario.algorithm.value,
         solve_loops=scenario.solve_loops,
+        tolerance=scenario.tolerance,
         record=dict(scenario.record),
         steps=dict(system.steps),
         isolated={name: seconds for name, seconds in patience.items() if seconds is not None},

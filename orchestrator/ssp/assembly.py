@@ -32,13 +32,13 @@ _GivenValue: TypeAlias = tuple[ElementIndex, ParameterValue, tuple[ConversionSte
 
 @dataclass(frozen=True)
 class UndrivenInput:
-    """An input that nothing drives or sets, with the start value that it keeps."""
+    """An input that nothing drives or sets, with the start value that it keeps; None for one that only it knows."""
 
     path: str
     start: Any
 
     def __str__(self) -> str:
-        return f"{self.path} = {_short(self.start)}"
+        return self.path if self.start is None else f"{self.path} = {_short(self.start)}"
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ class Assembly:
         transformations: The transformations beyond unit conversions, by input.
         unconverted: The inputs without a unit conversion.
         held: The values of inputs that nothing drives, by input.
+        unset: The inputs for which nobody has a value.
         undriven: The inputs that nothing drives or sets.
         places: The file and line of connections and values, by the path that a problem of the system has.
     """
@@ -75,6 +76,7 @@ class Assembly:
     transformations: dict[str, Transformation] = field(default_factory=dict[str, Transformation])
     unconverted: set[str] = field(default_factory=set[str])
     held: dict[str, Any] = field(default_factory=dict[str, Any])
+    unset: set[str] = field(default_factory=set[str])
     undriven: list[UndrivenInput] = field(default_factory=list[UndrivenInput])
     places: dict[str, str] = field(default_factory=dict[str, str])
 
@@ -156,8 +158,14 @@ class Assembly:
             return
         start = unit.source.interface.starts.get(variable.name)
         if start is None and not unit.component.block:
+            if not partly:
+                self.unset.add(path)
+                self.undriven.append(UndrivenInput(path, None))
+                return
             start = zeros(variable.quantity.type, variable.shape or 1)
             start = start if variable.shape else start.item()
+            remark = f"elements of `{path}` that nothing drives are 0: the unit says no start value"
+            self.findings.remarks.append(remark)
         if start is not None:
             self.held[path] = start.tolist() if isinstance(start, np.ndarray) else start
             if not partly:

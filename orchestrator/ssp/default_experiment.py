@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from fmus.unit_interface import SuggestedExperiment
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.suggested_times import suggested_step, whole_steps
 from orchestrator.ssp.annotation import ScenarioAnnotation
 from orchestrator.ssp.archive import Document
 from orchestrator.ssp.types import number
@@ -25,43 +29,52 @@ class DefaultExperiment:
 
     Attributes:
         step: The macro step [s].
+        start: The start time [s].
         until: The stop time [s].
         remarks: What a person should know of them.
     """
 
     step: float
+    start: float
     until: float
     remarks: tuple[str, ...]
 
 
 def read_experiment(
-    document: Document, annotation: ScenarioAnnotation | None, step: float | None, stop_time: float | None
+    document: Document,
+    annotation: ScenarioAnnotation | None,
+    options: Options,
+    suggestions: Mapping[str, SuggestedExperiment],
 ) -> DefaultExperiment:
     """The experiment of a description; the findings get what is wrong with it.
 
     Args:
         document: The description.
         annotation: The annotation of this program, if there is one.
-        step: A macro step [s] that replaces that of the file.
-        stop_time: A stop time [s] that replaces that of the file.
+        options: The times that replace those of the file.
+        suggestions: What the units suggest where the file says nothing.
     """
-    findings, remarks = document.findings, ()
+    findings = document.findings
+    remarks: tuple[str, ...] = ()
     node = document.root.find(qualified(SSD, Tag.DEFAULT_EXPERIMENT))
     start = until = None
     if node is not None:
         start, until = (number(document, node, name) for name in (Attribute.START_TIME, Attribute.STOP_TIME))
-        if start:
-            valid = "0 s, when every run begins"
-            findings.add_breach(document.at(node), f"a start time of {start:g} s", valid)
-    until = until if stop_time is None else stop_time
+    start = (start or 0.0) if options.start_time is None else options.start_time
+    until = until if options.stop_time is None else options.stop_time
     if until is None:
         where = document.at(document.root if node is None else node)
         findings.add_problem(where, "no stop time", "a number of seconds", "Say how long with --stop-time.")
+    step = options.step
     if step is None:
         step = annotation.step if annotation else _hinted_step(document)
     if step is None:
-        step, remarks = STEP, (f"the SSP says no macro step: {STEP:g} s is used; --step changes it",)
-    return DefaultExperiment(findings.attempt(lambda: macro_step(step)) or STEP, until or 0.0, remarks)
+        step, why = suggested_step(suggestions)
+        remarks = (f"the SSP says no macro step: {step:g} s is used{why and ', '}{why}; --step changes it",)
+        if until is not None and options.stop_time is None:
+            until, cut = whole_steps(start, step, until)
+            remarks += cut
+    return DefaultExperiment(findings.attempt(lambda: macro_step(step)) or STEP, start, until or 0.0, remarks)
 
 
 def _hinted_step(document: Document) -> float | None:
@@ -72,15 +85,16 @@ def _hinted_step(document: Document) -> float | None:
     return None
 
 
-def add_experiment(root: Node, h: float, until: float) -> None:
+def add_experiment(root: Node, h: float, start: float, until: float) -> None:
     """Add the experiment to a description; the macro step, which SSP has no place for, stands where libcosim reads it.
 
     Args:
         root: The root element.
         h: The macro step [s].
+        start: The start time [s].
         until: The stop time [s].
     """
-    times = {Attribute.START_TIME: "0", Attribute.STOP_TIME: repr(until)}
+    times = {Attribute.START_TIME: f"{start!r}" if start else "0", Attribute.STOP_TIME: repr(until)}
     experiment = add(root, SSD, Tag.DEFAULT_EXPERIMENT, times)
     algorithm = add(new_annotation(experiment, OSP_ANNOTATION_TYPE), OSP, Tag.ALGORITHM)
     add(algorithm, OSP, Tag.FIXED_STEP_ALGORITHM, {Attribute.BASE_STEP_SIZE: repr(h)})

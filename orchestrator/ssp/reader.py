@@ -21,6 +21,7 @@ from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.isolation import isolated
+from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
 from orchestrator.ssp.archive import VALID_SSP, Document, Findings, alternatives, open_package, read_document
@@ -54,37 +55,27 @@ _Sources: TypeAlias = dict[str, Mapping[str, Any]]
 """Value, unit of measurement and source of parameters, by full path."""
 
 
-def read(  # noqa: PLR0913 - what a person can change
-    path: Path,
-    settings: SettingsByUnit | None = None,
-    step: float | None = None,
-    stop_time: float | None = None,
-    *,
-    lenient: bool = False,
-    isolate: Sequence[str] = (),
-) -> Scenario:
+def read(path: Path, settings: SettingsByUnit | None = None, options: Options = UNCHANGED) -> Scenario:
     """Read the system and the experiment in an `.ssp` file, with a person's changes.
 
     Args:
         path: The file.
         settings: Parameter values that replace those of the file.
-        step: A macro step [s] that replaces that of the file.
-        stop_time: A stop time [s] that replaces that of the file.
-        lenient: Whether breaches of the standard whose meaning is clear are only remarks.
-        isolate: Units for processes of their own, besides those that the file has; `UNIT` or `UNIT:SECONDS`.
+        options: The changes to the experiment, and how the units run: their processes besides those that the file has.
 
     Raises:
         RequestError: The system cannot be run as it stands; all its problems.
     """
-    findings, settings = Findings(lenient=lenient), settings or {}
+    findings, settings = Findings(lenient=options.lenient), settings or {}
     document, root = _opened(path, findings)
     annotation = read_annotation(document)
     known = annotation or NO_ANNOTATION
     ssp_units = open_units(root, findings, ours=annotation is not None)
-    experiment = read_experiment(document, annotation, step, stop_time)
+    suggested = {unit.name: unit.source.suggested for unit in ssp_units.values()}
+    experiment = read_experiment(document, annotation, options, suggested)
     units, assembly, sources = _units(root, ssp_units, findings, settings)
     requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items()]
-    units = findings.attempt(lambda: isolated(units, [*requests, *isolate])) or units
+    units = findings.attempt(lambda: isolated(units, [*requests, *options.isolate])) or units
     scene, scene_sources = _scene(known, settings.get("scene", ()), findings)
     system = _system(units, assembly, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
@@ -101,6 +92,8 @@ def read(  # noqa: PLR0913 - what a person can change
         scene=scene,
         h=experiment.step,
         until=experiment.until,
+        start=experiment.start,
+        tolerance=known.tolerance,
         sources={**sources, **known.sources, **scene_sources},
         record=known.record,
         algorithm=Algorithm.JACOBI if late else algorithm_named(known.algorithm),
@@ -120,6 +113,7 @@ def _system(
         return System(
             units=units,
             wiring=assembly.wiring,
+            unset=assembly.unset,
             held=assembly.held | (annotation or NO_ANNOTATION).held_values(units),
             sockets=_sockets(annotation, units),
             transformations=assembly.transformations,

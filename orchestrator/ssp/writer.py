@@ -119,7 +119,7 @@ def _description(scenario: Scenario) -> Node:
             _add_connection(connections, connection, connection.output, connection.input)
     add_enumerations(root, quantities)
     add_units(root, quantities)
-    add_experiment(root, scenario.h, scenario.until)
+    add_experiment(root, scenario.h, scenario.start, scenario.until)
     add(new_annotation(root, ANNOTATION_TYPE), OURS, Tag.SCENARIO).text = annotation_of(scenario)
     return root
 

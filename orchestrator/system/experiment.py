@@ -51,6 +51,13 @@ def macro_step(h: float) -> float:
     return h
 
 
+def relative_tolerance(value: float) -> float:
+    """Check a relative tolerance. Raises `RequestError` where it is none."""
+    if not (math.isfinite(value) and value > 0):
+        raise refuse("tolerance", f"{value:g}", "a positive number, such as 1e-6")
+    return value
+
+
 _ROUNDING: Final = 1e-9
 """By how many ticks a time may miss its tick, relative to the number of ticks."""
 

@@ -18,7 +18,7 @@ from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
-from fmus.unit_interface import Interface
+from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.block_unit import BlockUnit, interface_of
 from fmus.units.make import fmu_unit
 from fmus.units.unit import Unit
@@ -115,6 +115,11 @@ class UnitSource(ABC):
     def declares(self, name: str) -> bool:  # noqa: ARG002 - a file may, others do not
         """Whether the file declares a variable of a name, even one that no master exchanges."""
         return False
+
+    @property
+    def suggested(self) -> SuggestedExperiment:
+        """The experiment that the file suggests; a block suggests nothing."""
+        return SuggestedExperiment()
 
     @property
     def is_fmi2(self) -> bool:
@@ -239,6 +244,11 @@ class Fmu(UnitSource):
     @override
     def declares(self, name: str) -> bool:
         return self.archive.declares(name)
+
+    @property
+    @override
+    def suggested(self) -> SuggestedExperiment:
+        return self.archive.suggested
 
     @property
     @override

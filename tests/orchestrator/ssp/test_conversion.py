@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
+from orchestrator.scenario.options import Options
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.ssp.archive import Findings
@@ -86,7 +87,7 @@ def taker(fmu, unit=""):
 
 def settled(path, name="b.y_u"):
     """The last value of a signal; the same after writing and reading the system again."""
-    read = ssp_reader.read(path, stop_time=0.6)
+    read = ssp_reader.read(path, options=Options(stop_time=0.6))
     ssp.write(read, path.with_suffix(".again.ssp"))
     again = ssp_reader.read(path.with_suffix(".again.ssp"))
     frames = [simulate(s.system, h=0.1, until=0.6) for s in (read, again)]

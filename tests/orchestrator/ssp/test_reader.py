@@ -103,7 +103,7 @@ def test_fmpy_gets_the_same_numbers_from_systems_in_systems(plain, tmp_path):
     theirs = fmpy.ssp.simulation.simulate_ssp(
         path, stop_time=0.6, step_size=0.1, parameter_set=read_ssv(tmp_path / "set.ssv")
     )
-    ours = ssp_reader.read(path, {"a": [Setting("a", "k", None, 3.0)]}, stop_time=0.6)
+    ours = ssp_reader.read(path, {"a": [Setting("a", "k", None, 3.0)]}, options=Options(stop_time=0.6))
     found = run(ours, algorithm="jacobi")
     names = {"outer.inner.c": "outer_inner_c", "outer.d": "outer_d", "b": "b"}
     for name, unit in names.items():  # FMPy writes the row of t_k after its step
@@ -175,7 +175,7 @@ def test_the_macro_step_is_what_annotations_hint_at(plain, tmp_path, end, h, rem
     read = ssp_reader.read(write(tmp_path / "a.ssp", whole, {"resources/plain.fmu": plain}, end=end))
     assert read.h == h
     assert (remark in read.remarks) is (remark is not None)
-    assert ssp_reader.read(tmp_path / "a.ssp", step=0.2).h == 0.2
+    assert ssp_reader.read(tmp_path / "a.ssp", options=Options(step=0.2)).h == 0.2
 
 
 def test_a_component_may_have_a_step_of_its_own(plain, tmp_path):
@@ -271,7 +271,7 @@ def test_arrays_of_fmi_3_are_connected_whole_and_by_element_and_through_systems(
         + wire("b.y_v", "a.s", attributes='startIndices="1"')
     )
     path = write(tmp_path / "a.ssp", body(elements, wires), {"resources/vectors.fmu": fmu}, version="2.0")
-    read = ssp_reader.read(path, stop_time=0.6)
+    read = ssp_reader.read(path, options=Options(stop_time=0.6))
     assert [str(c) for c in read.system.connections] == [
         "a.y_v -> inner_c.v", "b.y_v[1] -> a.s", "inner_c.y_v[3] -> b.v[1]", "a.y_s -> b.v[2]"
     ]  # fmt: skip
@@ -349,7 +349,7 @@ def test_settings_reach_units_of_any_name_and_unknown_ones_are_refused(plain, tm
 
 def test_a_system_read_is_stepped_like_any_other(plain, tmp_path):
     path = write(tmp_path / "a.ssp", body(component("a", "plain.fmu", PORTS)), {"resources/plain.fmu": plain})
-    read = ssp_reader.read(path, stop_time=0.2)
+    read = ssp_reader.read(path, options=Options(stop_time=0.2))
     with Simulation(read.system, h=read.h, until=read.until) as simulation:
         simulation.write("a.u", 7.0)
         simulation.run()
@@ -382,7 +382,7 @@ def test_ticks_of_clocks_are_handed_on_as_the_connections_say(tmp_path):
     )
     whole = body(inner + component("a", "clocked.fmu", ports), wire("a.beat", "inner.tick"))
     path = write(tmp_path / "theirs.ssp", whole, {"resources/clocked.fmu": fmu}, version="2.0")
-    read = ssp_reader.read(path, stop_time=1.0)
+    read = ssp_reader.read(path, options=Options(stop_time=1.0))
     assert [str(c) for c in read.system.clock_connections] == ["a.beat -> inner_b.triggered"]
     ssp.write(read, tmp_path / "again.ssp")
     for scenario in (read, ssp_reader.read(tmp_path / "again.ssp")):

@@ -120,7 +120,7 @@ def test_breaches_of_the_schema_are_told_with_their_line_and_a_lenient_reader_on
     whole = body(A + B, wire("a.y_u", "b.u")).replace('kind="input"', 'kind="input" colour="red"', 1)
     said = "Element 'Connector', attribute 'colour': The attribute 'colour' is not allowed"
     assert read(tmp_path, files, whole) == [f"line 6: found {said}; valid: what SSP 1.0 allows{LENIENT}"]
-    found = ssp_reader.read(tmp_path / "theirs.ssp", lenient=True)
+    found = ssp_reader.read(tmp_path / "theirs.ssp", options=Options(lenient=True))
     assert [str(c) for c in found.system.connections] == ["a.y_u -> b.u"]
     assert found.remarks[0].endswith(f"SystemStructure.ssd, line 6: {said}; valid: what SSP 1.0 allows")
 
@@ -350,7 +350,7 @@ def test_experiments_that_cannot_be_run(tmp_path, files):
     assert read(tmp_path, files, body(A), end="") == [
         "line 2: found no stop time; valid: a number of seconds. Say how long with --stop-time."
     ]
-    assert ssp_reader.read(tmp_path / "theirs.ssp", stop_time=1.0).until == 1.0
+    assert ssp_reader.read(tmp_path / "theirs.ssp", options=Options(stop_time=1.0)).until == 1.0
     hasty = body(component("a", "plain.fmu", PORTS + STEP_SIZE_HINT))
     assert read(tmp_path, files, hasty, options={"step": 0.0}) == [
         "step: found 0 s; valid: a positive number of seconds"
@@ -359,7 +359,7 @@ def test_experiments_that_cannot_be_run(tmp_path, files):
     assert read(tmp_path, files, body(A), end=later) == [
         f"line 12: found a start time of 10 s; valid: 0 s, when every run begins{LENIENT}"
     ]
-    assert ssp_reader.read(tmp_path / "theirs.ssp", lenient=True).until == 20.0
+    assert ssp_reader.read(tmp_path / "theirs.ssp", options=Options(lenient=True)).until == 20.0
     assert read(tmp_path, files, body(A), end='<ssd:DefaultExperiment stopTime="soon"/>') == [
         "line 12: found Element 'DefaultExperiment', attribute 'stopTime': 'soon' is not a valid value of the atomic"
         f" type 'xs:double'; valid: what SSP 1.0 allows{LENIENT}",
@@ -406,7 +406,7 @@ def test_a_lenient_reader_uses_variables_that_no_connector_lists(tmp_path, files
     found = read(tmp_path, files, body(bare, wires))
     assert found == ["line 12: a.y_u -> b.u: found no connector `y_u` of `a`; valid: nothing",
                      "line 12: a.y_u -> b.u: found no connector `u` of `b`; valid: nothing"]  # fmt: skip
-    lenient = ssp_reader.read(tmp_path / "theirs.ssp", lenient=True)
+    lenient = ssp_reader.read(tmp_path / "theirs.ssp", options=Options(lenient=True))
     assert [str(c) for c in lenient.system.connections] == ["a.y_u -> b.u"]
 
 
@@ -535,4 +535,4 @@ def test_a_description_that_was_damaged_is_refused_or_read(tmp_path, files, seed
         text = "\n".join(lines)
     path = write(tmp_path / "theirs.ssp", text if "<?xml" in text else f"<?xml{text}", files)
     with contextlib.suppress(RequestError):
-        ssp_reader.read(path, lenient=lenient)
+        ssp_reader.read(path, options=Options(lenient=lenient))
