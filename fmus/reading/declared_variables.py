@@ -21,7 +21,7 @@ import numpy as np
 
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
-from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit
+from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
 from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 
@@ -185,8 +185,19 @@ def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUni
         low,
         high,
         _enumeration(declared) if declared and declared.items else None,
-        units.get(unit),
+        _without_offset(units.get(unit) or base_unit(unit)) if _is_relative(variable) else units.get(unit),
     )
+
+
+def _is_relative(variable: Any) -> bool:
+    """Whether values are differences, for which the offset of the unit of measurement does not count."""
+    if variable.relativeQuantity is not None:
+        return bool(variable.relativeQuantity)
+    return variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
+
+
+def _without_offset(base: BaseUnit | None) -> BaseUnit | None:
+    return None if base is None else replace(base, offset=0.0)
 
 
 def _enumeration(declared: Any) -> type[IntEnum]:

@@ -30,6 +30,7 @@ from fmu_manipulation_toolbox.container import (  # pyright: ignore[reportMissin
     FMUContainer,
     FMUContainerError,
 )
+from fmu_manipulation_toolbox.container.rules import ContainerPort  # pyright: ignore[reportMissingTypeStubs]
 from lxml import etree
 
 from components.interfaces.conversion import IDENTITY
@@ -37,6 +38,7 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
+from orchestrator.exchange.container_texts import configure, describe_texts, start_texts, text_problems
 from orchestrator.ssp.element_names import connected_names, element_names, is_fmi2
 from orchestrator.ssp.xml import has_unit, literal, unit_definitions
 from orchestrator.stepping.schedule import follows_inputs, schedule
@@ -117,6 +119,7 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
     for name, ratio in system.steps.items():
         if ratio != 1:
             yield Problem(f"step of `{name}`", f"{ratio} macro steps", "1: a container steps all units alike")
+    yield from text_problems(system)
     for wire in system.connections:
         yield from _wire_problems(system, wire, algorithm)
 
@@ -152,7 +155,7 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
     system, old = scenario.system, is_fmi2(scenario.system)
     identifier = re.sub(r"\W", "_", f"_{scenario.name}" if scenario.name[:1].isdigit() else scenario.name)
     container: Any = FMUContainer(identifier, folder, fmi_version=2 if old else 3)
-    container.start_time, container.stop_time = 0.0, scenario.until
+    container.start_time, container.stop_time = scenario.start, scenario.until
     for name in names:
         _copy(system.units[name], folder / f"{name}.fmu")
         container.get_fmu(f"{name}.fmu")
@@ -165,6 +168,7 @@ def _container(scenario: Scenario, folder: Path, names: list[str]) -> Any:
                 container.add_output(f"{name}.fmu", element, f"{name}.{element}")
         _expose(container, system, name, "parameters", source.parameters)
         _expose(container, system, name, "inputs", system.held_by(name))
+    configure(container, ContainerPort, system)
     return container
 
 
@@ -203,7 +207,8 @@ def _expose(container: Any, system: System, name: str, role: str, values: Mappin
         if variable.name in structural:
             continue
         given = np.ravel(values[variable.name]).tolist() if variable.name in values else []
-        texts = [_text(x, variable.quantity) for x in given]
+        text = variable.quantity.type is Type.STRING
+        texts = ["_" if text else _text(x, variable.quantity) for x in given]  # `configure` puts in the texts
         elements = element_names(source, variable.name, role, flat=old)
         for i, element in enumerate(elements):
             container.add_input(f"{name}.{element}", f"{name}.fmu", element)
@@ -252,6 +257,7 @@ def _description(files: Mapping[str, bytes], scenario: Scenario) -> bytes:
         for unknown, name in zip(section, outputs, strict=True):
             unknown.set("index", positions[name])
     _complete(root, variables, _quantities(scenario.system))
+    describe_texts(variables, start_texts(scenario.system))
     for attribute in ("author", "copyright", "license", "generationDateAndTime"):
         root.attrib.pop(attribute, None)
     root.set("modelName", scenario.name)
