@@ -22,11 +22,13 @@ OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_parameter_that_is_refused_is_named_with_its_value(built_fmus, version):
     unit = fmu_unit("plant", open_fmu(built_fmus / f"fmi{version}" / "bicycle.fmu"))
+    unit.enter_initialization({})
+    unit.exit_initialization()
     with pytest.raises(UnitError) as error:
-        unit.enter_initialization({"m": -20.0})
+        unit._set_parameters({"v_x_start": 20.0})  # a fixed one, too late
     unit.close()
     assert error.value.unit == "plant"
-    assert error.value.action == "setting the parameter m to -20.0 (status 3)"
+    assert error.value.action == "setting the parameter v_x_start to 20.0 (status 3)"
     assert error.value.said
 
 
