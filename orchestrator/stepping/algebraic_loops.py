@@ -13,10 +13,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.conversion import Linear
 from fmus.units.capabilities import StateCapability
 from fmus.units.unit import FMI_WARNING, Unit, UnitError
 from orchestrator.stepping.schedule import Schedule
 from orchestrator.stepping.signal_table import SignalTable
+from orchestrator.system.connection import Connection
 from orchestrator.system.system import System
 
 LOOP_TOLERANCE: Final = 1e-9
@@ -51,6 +53,11 @@ class AlgebraicLoop:
         self._chain = ", ".join(str(wire) for wire in inside.values())
         slots = [table.slots(unit, output, "outputs") for unit, output in inside]
         self._slots = [(table.columns[kind], where) for kind, where in slots if kind.is_float]
+        self._starts = [
+            (table.columns[kind][where], start)
+            for wire, (kind, where) in zip(inside.values(), slots, strict=True)
+            if kind.is_float and (start := _start_of(system, wire)) is not None
+        ]
         self._others = [(table.columns[kind], where) for kind, where in slots if not kind.is_float]
 
     def solve(self, t: float, h: float) -> None:
@@ -77,7 +84,12 @@ class AlgebraicLoop:
                 state.forget(before)
 
     def settle(self) -> None:
-        """Find outputs that agree with each other, in Initialization Mode. Raises `UnitError`."""
+        """Find outputs that agree with each other, in Initialization Mode. Raises `UnitError`.
+
+        The search begins with the start values of the inputs, as FMI has it.
+        """
+        for values, start in self._starts:
+            values[:] = start
 
         def evaluate(z: NDArray[np.float64]) -> NDArray[np.float64]:
             return self._evaluate(z, None, 0.0)
@@ -97,7 +109,10 @@ class AlgebraicLoop:
                 except _DiscardedError:  # values that the unit cannot take: the solver tries nearer ones
                     return np.full_like(x, _FAR)
 
-            root: Any = optimize.root(residual, shown, method="hybr", options={"xtol": 1e-13})
+            start = z if (residual(shown) == _FAR).all() else shown
+            root: Any = optimize.root(residual, start, method="hybr", options={"xtol": 1e-13})
+            if not root.success:  # Levenberg-Marquardt takes longer, and copes with values that are discarded
+                root = optimize.root(residual, start, method="lm", options={"xtol": 1e-14, "ftol": 1e-14})
             z = np.asarray(root.x, dtype=float)
             shown = evaluate(z)
         others = [column[where].copy() for column, where in self._others]
@@ -127,6 +142,14 @@ class AlgebraicLoop:
             for function in self._units[name].getters():
                 _checked(self._units[name], function())
         return self._values()
+
+
+def _start_of(system: System, wire: Connection) -> Any:
+    """The value of an output that gives the input on a wire its start value; None where there is none."""
+    start = system.units[wire.unit].interface.starts.get(wire.input)
+    if start is None or wire.input_element or wire.output_element or not isinstance(wire.conversion, Linear):
+        return None
+    return wire.conversion.inverse(np.ravel(np.asarray(start, dtype=float)))
 
 
 def _state_of(unit: Unit) -> StateCapability:
