@@ -73,6 +73,7 @@ def declared_variables(
         starts={
             v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")
         },
+        relative=_relative(root),
     )
     visible = [
         read(v)
@@ -90,6 +91,12 @@ def declared_variables(
         for v in settable
         if v.variable.name not in known and outputs.get(v.variable.name, v.references) == v.references
     ]
+
+
+def _relative(root: Any) -> dict[str, bool]:
+    """Whether variables that say so themselves are differences, by name; FMPy reads it of types only."""
+    said = root.xpath("ModelVariables//*[@relativeQuantity]")
+    return {e.get("name") or e.getparent().get("name"): _BOOLEANS[e.get("relativeQuantity")] for e in said}
 
 
 def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
@@ -133,7 +140,12 @@ def _base(unit: Any) -> BaseUnit:
 
 
 def _declared_variable(
-    variable: Any, *, units: Mapping[str, BaseUnit], lengths: Mapping[int, int], starts: Mapping[str, list[str]]
+    variable: Any,
+    *,
+    units: Mapping[str, BaseUnit],
+    lengths: Mapping[int, int],
+    starts: Mapping[str, list[str]],
+    relative: Mapping[str, bool],
 ) -> DeclaredVariable:
     """A variable with its shape and start value.
 
@@ -141,12 +153,14 @@ def _declared_variable(
         variable: The variable, as FMPy reads it.
         units: The unit definitions.
         lengths: The lengths of arrays that are values of variables, by the value references of these.
+        relative: Whether values are differences, for the variables that say so themselves.
         starts: The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names.
     """
     shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in variable.dimensions)
     if prod(shape) > LARGEST_ARRAY:
         raise ValueError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
-    quantity = _quantity(variable, shape, units)
+    of_type = variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
+    quantity = _quantity(variable, shape, units, relative=relative.get(variable.name, of_type))
     given = starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:
         given = " ".join(given).split()
@@ -168,7 +182,8 @@ def _shaped(start: list[Any], quantity: Quantity) -> Any:
     return np.resize(np.array(start, dtype=DTYPES[quantity.type]), Variable("", quantity).shape)
 
 
-def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUnit]) -> Quantity:
+def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUnit], *, relative: bool) -> Quantity:
+    """The quantity of a variable; of differences, which are `relative`, the offset of the unit does not count."""
     declared = variable.declaredType
     value_type = _FMI2_TYPES.get(variable.type) or Type(variable.type)
     unit = (variable.unit or (declared.unit if declared else None) or "") if value_type.is_float else "1"
@@ -185,15 +200,8 @@ def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUni
         low,
         high,
         _enumeration(declared) if declared and declared.items else None,
-        _without_offset(units.get(unit) or base_unit(unit)) if _is_relative(variable) else units.get(unit),
+        _without_offset(units.get(unit) or base_unit(unit)) if relative else units.get(unit),
     )
-
-
-def _is_relative(variable: Any) -> bool:
-    """Whether values are differences, for which the offset of the unit of measurement does not count."""
-    if variable.relativeQuantity is not None:
-        return bool(variable.relativeQuantity)
-    return variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
 
 
 def _without_offset(base: BaseUnit | None) -> BaseUnit | None:

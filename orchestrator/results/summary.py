@@ -48,7 +48,7 @@ def summary(
         "status": status(ended),
         "metrics": measured,
         "verdicts": metrics.verdicts(measured),
-        "experiment": {"step": scenario.h, "stop_time": scenario.until, "ticks": simulation.log.kept},
+        "experiment": _experiment(scenario, simulation),
         "schedule": str(simulation.schedule),
         "units": units(scenario.system),
         "connections": [str(c) for c in scenario.system.connections],
@@ -58,7 +58,18 @@ def summary(
     }
     if isinstance(ended, SimulationError):
         content["fault"] = _fault(ended)
+    if simulation.ended is not None:
+        content["ended"] = {"unit": simulation.ended.unit, "time": simulation.ended.time}
     return content
+
+
+def _experiment(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:
+    experiment: dict[str, Any] = {"step": scenario.h, "stop_time": scenario.until, "ticks": simulation.log.kept}
+    if scenario.start:
+        experiment["start_time"] = scenario.start
+    if scenario.tolerance is not None:
+        experiment["tolerance"] = scenario.tolerance
+    return experiment
 
 
 def status(ended: SimulationError | KeyboardInterrupt | None) -> str:

@@ -315,3 +315,37 @@ def test_a_lenient_reader_names_the_value_that_nobody_can_read(tmp_path, kind, a
         f"m.fmu, modelDescription.xml: found a variable that cannot be understood (`p` with the {told});"
         " valid: what FMI allows"
     )
+
+
+KELVIN = '<Unit name="K"><BaseUnit K="1"/></Unit><Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>'
+
+
+@pytest.mark.parametrize(
+    ("by_type", "own", "arrives"),
+    [("true", None, 10.0), ("false", None, -263.15), (None, "true", 10.0), ("true", "false", -263.15)],
+)
+@pytest.mark.parametrize("definitions", [True, False])
+def test_a_difference_of_temperatures_has_no_offset(tmp_path, by_type, own, arrives, definitions):
+    """FMI 2.0.5, 2.2.2: with relativeQuantity the offset of the unit counts as 0, by the type or by the variable."""
+    types = [
+        f'<SimpleType name="in_{unit}"><Real unit="{unit}" {relative(by_type)}/></SimpleType>' for unit in ("K", "degC")
+    ]
+    before = f"<UnitDefinitions>{KELVIN}</UnitDefinitions>" if definitions else ""
+    before += f"<TypeDefinitions>{''.join(types)}</TypeDefinitions>"
+    own = {} if own is None else {"of_relativeQuantity": own}
+    variables = [
+        scalar("u", 1, "input", of_declaredType="in_K", of_start="10", **own),
+        scalar("v", 2, "input", of_declaredType="in_degC", of_start="0", **own),
+        scalar("y", 101, "output", of_declaredType="in_K", **own),
+        scalar("z", 102, "output", of_declaredType="in_degC", **own),
+    ]
+    outputs = ['<Unknown index="3" dependencies=""/>', '<Unknown index="4" dependencies=""/>']
+    text = description2(variables, outputs, before=before)
+    path = pack(tmp_path / "d.fmu", Version.FMI2, text, library(tmp_path, Version.FMI2, '#include "echo2.c"'))
+    units = {"a": Fmu(path, lenient=not definitions), "b": Fmu(path, lenient=not definitions)}
+    system = System(units, {"b.v": "a.y"}, held={"a.u": 10.0, "a.v": 0.0, "b.u": 0.0})
+    assert simulate(system, h=0.1, until=0.2)["b.z"].iloc[-1] == pytest.approx(arrives)
+
+
+def relative(value):
+    return "" if value is None else f'relativeQuantity="{value}"'

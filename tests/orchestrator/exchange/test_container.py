@@ -1,4 +1,4 @@
-"""A system as one FMU, run by FMPy: our numbers, our names, and what a container cannot do."""
+"""A system as one FMU, run by FMPy: our numbers, our names, its texts (`container_texts`), and what it cannot do."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from components.interfaces.conversion import Linear
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
+from orchestrator.loading import load
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.experiment import Algorithm, Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
+from tests.fmus.foreign import description2, description3, library, pack, scalar
 
 SEQUENTIAL, JACOBI = Algorithm.SEQUENTIAL, Algorithm.JACOBI
 FOLLOWING = ("plant.tyre.", "plant.motion.")
@@ -197,4 +199,46 @@ def test_a_block_without_an_fmu_is_refused_by_name(built_fmus, tmp_path):
     assert str(error.value) == (
         "controller: found `mpc_sqp`, a block that runs in this process only; valid: a block that becomes C, or an FMU."
         " Choose another with --controller."
+    )
+
+
+def speaking(folder, version, start):
+    """An FMU whose text `said` is what the text `heard` was before the step."""
+    if version is Version.FMI2:
+        variables = [
+            scalar("heard", 1, "input", "String", variability="discrete", of_start=start),
+            scalar("said", 101, "output", "String", variability="discrete"),
+        ]
+        text = description2(variables, ['<Unknown index="2" dependencies=""/>'])
+    else:
+        variables = [
+            f'<String name="heard" valueReference="1" causality="input"><Start value="{start}"/></String>',
+            '<String name="said" valueReference="101" causality="output"/>',
+        ]
+        text = description3(variables, ['<Output valueReference="101" dependencies=""/>'])
+    source = library(folder, version, f'#include "echo{version}.c"')
+    return Fmu(pack(folder / f"speaks{version}.fmu", version, text, source))
+
+
+@pytest.mark.parametrize("version", [Version.FMI2, Version.FMI3])
+@pytest.mark.parametrize("start", ["one", "two words", "", "  blanks around  ", "ä → 誰"])
+def test_a_text_arrives_as_it_is(tmp_path, version, start):
+    unit = speaking(tmp_path, version, "other")
+    system = System({"a": unit, "b": unit}, {"b.heard": "a.said"}, held={"a.heard": start})
+    made = Scenario("s", "s", system, None, h=0.1, until=0.3, sources={}, algorithm=JACOBI)
+    container.write(made, tmp_path / "c.fmu")
+    variables = read_model_description(tmp_path / "c.fmu").modelVariables
+    assert [v.start for v in variables if v.name == "a.heard"] == [start]
+    with Simulation(load(str(tmp_path / "c.fmu"), Options(stop_time=0.3)).system, h=0.1, until=0.3) as simulation:
+        simulation.run()
+        assert simulation.read("fmu.a.said") == simulation.read("fmu.b.said") == start
+
+
+def test_a_text_of_two_lines_is_refused(tmp_path):
+    unit = speaking(tmp_path, Version.FMI2, "other")
+    made = Scenario("s", "s", System({"a": unit}, {}, held={"a.heard": "a\nb"}), None, h=0.1, until=0.3, sources={})
+    with pytest.raises(RequestError) as error:
+        container.write(made, tmp_path / "c.fmu")
+    assert str(error.value) == (
+        "a.heard: found a text with a line break; valid: a text of one line. Set it to another text."
     )
