@@ -14,7 +14,7 @@ from fmus.reading.archive import Archive
 from fmus.reading.library import binary, platforms
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit_interface import Interface, SuggestedExperiment
-from fmus.units.unit import UnitError
+from orchestrator.exchange.trial import try_first_step
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import MappingFile
@@ -35,12 +35,13 @@ class Checked:
     problems: tuple[Problem, ...] = ()
 
 
-def check(path: Path, socket: str | None = None, out: Path | None = None) -> Checked:
+def check(path: Path, socket: str | None = None, out: Path | None = None, *, static: bool = False) -> Checked:
     """Check an FMU, an SSP or a mapping file, and write a template of a mapping where one is of use.
 
     Args:
         path: The file.
         socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
+        static: Whether an FMU is only read, and not tried.
         out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
 
     Returns:
@@ -62,7 +63,7 @@ def check(path: Path, socket: str | None = None, out: Path | None = None) -> Che
         if path.suffix == ".ssp":
             return _ssp(path)
         mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
-        return _fmu(path, mapping, socket, out)
+        return _fmu(path, mapping, socket, out, static=static)
     except RequestError as error:
         return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
 
@@ -82,6 +83,7 @@ def _ssp(path: Path) -> Checked:
     lines += ["", "connections", *(f"  {wire}" for wire in system.connections)]
     lines += [f"  {path} = {value}" for path, value in system.held.items()]
     lines += [f"note: {remark}" for remark in scenario.remarks]
+    lines += ["", "To run it:", f"  macrostep run {path}"]
     try:
         schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
@@ -89,20 +91,24 @@ def _ssp(path: Path) -> Checked:
     return Checked(tuple(lines), good=True)
 
 
-def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:
+def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None, *, static: bool) -> Checked:
     """Describe an FMU, and how it fits a socket by itself or with its mapping file."""
     where = path if mapping is None else mapping.fmu
     if where is None:
         raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
     archive, broken = _opened(where)
-    refused = _refused(archive, lenient=bool(broken))
-    problems = (*broken, *refused)
+    tried = None if static else try_first_step(where, lenient=bool(broken))
+    problems = (*broken, *(tried.problems if tried else ()))
     theirs = archive.interface
     lines = [*_description(where, archive), *_breaches(archive, broken)]
-    lines += [f"  {'cannot' if refused else 'can'} be instantiated here", "", *_variables(theirs), ""]
+    if tried is not None:
+        lines += [f"  {tried.reached}", *(f"  note: {remark}" for remark in tried.remarks)]
+    lines += ["", *_variables(theirs), ""]
     socket_name = socket or (mapping.socket if mapping else None)
     if socket_name is None:
-        lines += _sockets(path, {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS})
+        fittings = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS}
+        lines += _sockets(path, fittings)
+        lines += _next(path, archive, fittings, lenient=bool(broken)) if not tried or not tried.problems else []
         return Checked(tuple(lines), good=not problems, problems=problems)
     fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
     lines += [f"socket {socket_name}: {_verdict(fitting)}", *_rows(fitting)]
@@ -122,6 +128,15 @@ def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
     return lines
 
 
+def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, lenient: bool) -> list[str]:
+    """The commands that run an FMU: by itself, and in the sockets that it fits."""
+    stop = " --stop-time 10" if archive.suggested.stop is None else ""
+    leniently = " --lenient" if lenient else ""
+    fitting = [name for name, found in fittings.items() if not found.problems]
+    commands = [f"macrostep run {path}{stop}{leniently}", *(f"macrostep run static --{n} {path}" for n in fitting)]
+    return ["", "To run it:", *(f"  {command}" for command in commands)]
+
+
 def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
     """Read an FMU, leniently where it breaks rules; return it with the problems that a strict reader finds.
 
@@ -132,25 +147,6 @@ def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
         return Fmu(path).archive, ()
     except RequestError as error:
         return Fmu(path, lenient=True).archive, error.problems
-
-
-def _refused(archive: Archive, *, lenient: bool) -> tuple[Problem, ...]:
-    """The problems of instantiating the FMU, in a process of its own because a faulty library may crash it."""
-    from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only an FMU needs it
-
-    where = str(archive.path)
-    try:
-        IsolatedUnit(where, archive, {}, lenient=lenient).close()
-    except RequestError as error:
-        return error.problems
-    except UnitError as fault:
-        reason = "; ".join((fault.action, *fault.said))
-        return (
-            Problem(
-                where, f"an FMU that cannot be instantiated ({reason})", "one that can", "Ask its maker for another."
-            ),
-        )
-    return ()
 
 
 def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out: Path | None) -> str:

@@ -32,7 +32,7 @@ def test_an_fmu_is_described(theirs, macrostep):
     code, out, err = macrostep("check", "theirs.fmu")
     assert (code, err) == (0, "")
     assert out.startswith("theirs.fmu: `right_handed`, FMI 2.0, Co-Simulation\n")
-    assert "  keeps the rules of FMI\n  can be instantiated here\n" in out
+    assert "  keeps the rules of FMI\n  can be instantiated here, and takes a step of 0.1 s\n" in out
     assert "  car.south     output  Float64  mm            position across the road, to the right [mm]\n" in out
     assert "  plant       does not fit, 0 of 8 signals found\n" in out
     assert not list(theirs.parent.glob("*.toml"))
@@ -152,9 +152,9 @@ def test_a_library_is_tried_and_may_die_of_it(in_tmp_path, macrostep):
     pack(in_tmp_path / "m.fmu", Version.FMI2, text, dies)
     code, out, err = macrostep("check", "m.fmu")
     assert code == 1
-    assert "  cannot be instantiated here\n" in out
+    assert "  cannot be started here\n" in out
     assert err == (
-        "macrostep: m.fmu: found an FMU that cannot be instantiated (its process died in `instantiate` (SIGSEGV));"
+        "macrostep: m.fmu: found an FMU that cannot be started (its process died in `instantiate` (SIGSEGV));"
         " valid: one that can. Ask its maker for another.\n"
     )
 
@@ -207,3 +207,12 @@ def test_every_template_reads_back_as_far_as_it_goes(theirs, socket):
     mapping = read_mapping(theirs.parent / f"{socket}.toml")
     assert mapping.socket == socket
     assert all(entry.missing for entries in mapping.signals.values() for entry in entries)
+
+
+def test_what_to_type_next_is_said(built_fmus, theirs, macrostep):
+    plant = built_fmus / "fmi3" / "bicycle.fmu"
+    _, out, _ = macrostep("check", plant)
+    assert out.endswith(f"To run it:\n  macrostep run {plant} --stop-time 10\n  macrostep run static --plant {plant}\n")
+    _, out, _ = macrostep("check", "theirs.fmu", "--static")
+    assert "instantiated" not in out
+    assert out.endswith("To run it:\n  macrostep run theirs.fmu --stop-time 10\n")
