@@ -1,4 +1,4 @@
-"""A system as one FMU, run by FMPy: our numbers, our names, its texts (`container_texts`), and what it cannot do."""
+"""A system as one FMU, run by FMPy: our numbers, our names, its texts (`container_texts.py`), and what it cannot do."""
 
 from __future__ import annotations
 

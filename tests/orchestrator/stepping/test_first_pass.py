@@ -1,4 +1,4 @@
-"""The first pass of the initialisation (`initialization`): no unit is given a value that nobody said.
+"""The first pass of the initialisation (`initialization.py`): no unit is given a value that nobody said.
 
 The FMUs of these tests divide by their input or take its root, and start from values that only they know.
 """
