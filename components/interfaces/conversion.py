@@ -47,6 +47,7 @@ class Lookup:
 Transformation: TypeAlias = Linear | Lookup
 
 IDENTITY = Linear()
+_INT32_END = 2**31
 
 
 def unit_conversion(found: Quantity, wanted: Quantity) -> Linear | None:
@@ -78,7 +79,9 @@ def type_fits(found: Quantity, wanted: Quantity) -> bool:
     """Whether values of `found` can be given to `wanted` as they are.
 
     Equal types, integers in wider ones, numbers in floats that can hold them (a Float64 in a Float32 is rounded), and
-    enumerations in Int64; two enumerations must have the same items.
+    enumerations in integers that can hold their items; two enumerations must have the same items. An Int32 fits an
+    enumeration: in FMI 2.0 both are passed as one type, and many models connect them; whether the numbers are items is
+    known only when they come.
 
     Args:
         found: The quantity of the values, such as that of an output.
@@ -88,13 +91,21 @@ def type_fits(found: Quantity, wanted: Quantity) -> bool:
         return not (found.enumeration and wanted.enumeration) or _items(found) == _items(wanted)
     if found.type.is_float and wanted.type.is_float:
         return True
-    if found.type is Type.ENUMERATION:
-        return wanted.type is Type.INT64
+    if Type.ENUMERATION in (found.type, wanted.type):
+        return _enumeration_fits(found, wanted)
     if not (found.type.is_integer and (wanted.type.is_integer or wanted.type.is_float)):
         return False
     if wanted.type.is_integer:
         return np.can_cast(DTYPES[found.type], DTYPES[wanted.type], "safe")
     return bool(np.iinfo(DTYPES[found.type]).bits <= np.finfo(DTYPES[wanted.type]).nmant)  # type: ignore[arg-type]
+
+
+def _enumeration_fits(found: Quantity, wanted: Quantity) -> bool:
+    """Whether an enumeration goes into an integer, or the other way round."""
+    if wanted.type is Type.ENUMERATION:
+        return found.type is Type.INT32
+    small = found.enumeration is not None and all(abs(item.value) < _INT32_END for item in found.enumeration)
+    return wanted.type is Type.INT64 or (wanted.type is Type.INT32 and small)
 
 
 def _items(q: Quantity) -> dict[str, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -59,6 +59,12 @@ def choices(names: Iterable[str]) -> str:
     """The valid names as one readable phrase."""
     listed = sorted(names)
     return ", ".join(listed) if listed else "nothing"
+
+
+def listed(names: Sequence[str], most: int = 3) -> str:
+    """Names in their order as one phrase, of which only the first are spelled out."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:

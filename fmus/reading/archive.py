@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from fmus.reading.declared_variables import whole_name
 from fmus.toolchain.archives import MODEL_DESCRIPTION
+from fmus.toolchain.binaries import MachineCode
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface, SuggestedExperiment
 
@@ -43,6 +44,10 @@ class Archive:
     """The paths of all files in it."""
     root: Any = None
     """The root element of its model description."""
+    library: str | None = None
+    """The path of the library for this platform in it; None where it has none, so that its sources are compiled."""
+    code: MachineCode = field(default_factory=MachineCode)
+    """What that library says of itself."""
 
     @property
     def is_model_exchange(self) -> bool:

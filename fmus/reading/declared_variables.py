@@ -70,15 +70,16 @@ def declared_variables(
         _declared_variable,
         units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
         lengths=_lengths(model, values),
-        starts={
-            v.get("name"): [s.get("value") for s in v.iterfind("Start")] for v in root.iterfind("ModelVariables/*")
-        },
         relative=_relative(root),
+        starts=_starts(root),
     )
     visible = [
         read(v)
         for v in model.modelVariables
-        if v.causality in _CAUSALITIES and v.type != "Clock" and not _is_second_name(v)
+        if v.causality in _CAUSALITIES
+        and v.type != "Clock"
+        and not _is_second_name(v)
+        and not (v.variability == "constant" and v.causality != "output")  # what cannot change cannot be set either
     ]
     settable = [replace(read(v), causality="initial") for v in _settable(model)]
     if version == Version.FMI2:
@@ -97,6 +98,14 @@ def _relative(root: Any) -> dict[str, bool]:
     """Whether variables that say so themselves are differences, by name; FMPy reads it of types only."""
     said = root.xpath("ModelVariables//*[@relativeQuantity]")
     return {e.get("name") or e.getparent().get("name"): _BOOLEANS[e.get("relativeQuantity")] for e in said}
+
+
+def _starts(root: Any) -> dict[str, list[str]]:
+    """The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names."""
+    found: dict[str, list[str]] = {}
+    for start in root.iterfind("ModelVariables/*/Start"):
+        found.setdefault(start.getparent().get("name"), []).append(start.get("value"))
+    return found
 
 
 def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
@@ -235,12 +244,20 @@ def _arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
     """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar."""
     grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], DeclaredVariable]]] = {}
     for scalar in scalars:
-        match = _ELEMENT.fullmatch(scalar.variable.name)
+        match = _element(scalar.variable.name)
         name = match["name"] if match else scalar.variable.name
         index = tuple(int(i) for i in re.findall(r"\d+", match["index"])) if match else ()
         grouped.setdefault((name, scalar.causality), []).append((index, scalar))
     for (name, _), elements in grouped.items():
-        yield from _joined(name, elements)
+        if len(elements) == 1 and not elements[0][0]:
+            yield elements[0][1]
+        else:
+            yield from _joined(name, elements)
+
+
+def _element(name: str) -> re.Match[str] | None:
+    """The name of an array and the indices, of the name of an element."""
+    return _ELEMENT.fullmatch(name) if name.endswith("]") else None  # most names are not, and there may be very many
 
 
 def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]]) -> Iterator[DeclaredVariable]:
@@ -276,5 +293,5 @@ def whole_name(name: str, known: Mapping[str, Any]) -> str | None:
     """
     if name in known:
         return name
-    match = _ELEMENT.fullmatch(name)
+    match = _element(name)
     return match["name"] if match and match["name"] in known else None

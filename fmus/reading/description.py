@@ -17,13 +17,13 @@ from typing import Any, Final
 
 from lxml import etree
 
-from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.problem import Problem, listed, raise_if_any, refuse
 from fmus.reading.unpack import parse_xml
 from fmus.toolchain.archives import MODEL_DESCRIPTION
+from fmus.toolchain.description_breach import DescriptionBreach, as_phrase
 from fmus.toolchain.fmpy_library import (
     ModelDescription,
     ModelDescriptionError,
-    as_phrase,
     description_breaches,
     description_schema,
     read_model,
@@ -71,16 +71,42 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     if not lenient:
         problems = [*(_problem(place, line, as_phrase(text), version) for line, text in by_schema[:_MOST]), *problems]
     raise_if_any(problems[:_MOST])
-    remarks += [f"{MODEL_DESCRIPTION}, line {line}: {text}" for line, text in by_schema[:_MOST]]
-    model = _model(content, version, place)
+    remarks += _schema_remarks(by_schema)
+    model = _model(root, version, place)
     breaches = description_breaches(model, with_structure=False)
     if not lenient:
         # pythonfmu, among others, writes integers without a variability, and most tools accept them
         refused = [breach for breach in breaches if not breach.concerns_variability]
         raise_if_any(_problem(place, breach.line, breach.found, version) for breach in refused[:_MOST])
     breaches += description_breaches(model, with_structure=True)
-    remarks += [f"{MODEL_DESCRIPTION}: {breach.report}" for breach in dict.fromkeys(breaches)]
+    remarks += _breach_remarks(list(dict.fromkeys(breaches)))
     return Description(root, model, version, tuple(remarks))
+
+
+def _schema_remarks(breaches: Sequence[tuple[int, str]]) -> list[str]:
+    """One remark for each element and attribute that break the schema in one way."""
+    kinds: dict[tuple[str, str], list[tuple[int, str]]] = {}
+    for line, text in breaches:
+        element, _, reason = text.partition(": ")
+        kinds.setdefault((element, re.sub(r"'[^']*'", "", reason)), []).append((line, text))
+    remarks: list[str] = []
+    for (line, text), *others in kinds.values():
+        lines = list(dict.fromkeys(str(other) for other, _ in others))
+        more = f" (the same {len(others)} more times, in line {listed(lines)})" if others else ""
+        remarks.append(f"{MODEL_DESCRIPTION}, line {line}: {text}{more}")
+    return remarks[:_MOST]
+
+
+def _breach_remarks(breaches: Sequence[DescriptionBreach]) -> list[str]:
+    """One remark for each rule that is broken, with the number of variables and some of their names."""
+    kinds: dict[str, list[DescriptionBreach]] = {}
+    for breach in breaches:
+        kinds.setdefault(breach.kind, []).append(breach)
+    remarks: list[str] = []
+    for first, *others in kinds.values():
+        names = listed([f"`{other.variable}`" for other in others])
+        remarks.append(f"{MODEL_DESCRIPTION}: {first.report}{f' (the same of {names})' if others else ''}")
+    return remarks
 
 
 def _meaningless(place: str, line: int, found: str, valid: str) -> Problem:
@@ -94,9 +120,9 @@ def _problem(place: str, line: int | None, found: str, version: Version) -> Prob
     return Problem(at, found, f"what FMI {version}.0 allows", _REMEDY)
 
 
-def _model(content: bytes, version: Version, place: str) -> ModelDescription:
+def _model(root: Any, version: Version, place: str) -> ModelDescription:
     try:
-        return read_model(content, version)
+        return read_model(root, version)
     except ModelDescriptionError as error:
         raise refuse(place, f"a description that cannot be understood ({error})", "what FMI allows") from error
 
@@ -132,16 +158,15 @@ def _schema_breaches(root: Any, version: Version) -> Iterator[tuple[int, str]]:
 
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
     """Variables without a name or reference, or with a name that another one has, with their lines."""
+    variables = [element for element in root.iterfind("ModelVariables/*") if isinstance(element.tag, str)]
+    for attribute in ("name", "valueReference"):
+        yield from ((e.sourceline, f"a variable without `{attribute}`") for e in variables if e.get(attribute) is None)
     seen: set[str] = set()
-    for element in root.iterfind("ModelVariables/*"):
-        for attribute in ("name", "valueReference"):
-            if element.get(attribute) is None:
-                yield element.sourceline, f"a variable without `{attribute}`"
-        for named in (element, *element.iterfind("Alias")):
-            name = named.get("name")
-            if name is not None and name in seen:
-                yield named.sourceline, f"two variables with the name `{name}`"
-            seen.add(name or "")
+    for element in (*variables, *root.iterfind("ModelVariables/*/Alias")):
+        name = element.get("name")
+        if name is not None and name in seen:
+            yield element.sourceline, f"two variables with the name `{name}`"
+        seen.add(name or "")
 
 
 def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:

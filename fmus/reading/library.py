@@ -6,44 +6,60 @@ from __future__ import annotations
 
 import ctypes
 import os
+import posixpath
+from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from components.interfaces.problem import choices, refuse
+from components.interfaces.problem import RequestError, listed, refuse
 from fmus.reading.archive import Archive
-from fmus.reading.recompile import compile_library, has_sources
-from fmus.toolchain.fmpy_library import freeLibrary, required_functions
-from fmus.toolchain.platform_names import binary_path, platform_tuple
+from fmus.reading.needed_functions import all_functions, known_function, needed_functions
+from fmus.reading.recompile import compile_library, declared_sources
+from fmus.reading.unpack import read_file
+from fmus.toolchain.binaries import MachineCode, machine_code
+from fmus.toolchain.fmpy_library import freeLibrary
+from fmus.toolchain.function_library import function_prefix
+from fmus.toolchain.platform_names import binary_path, in_words, platform_tuple
+from fmus.toolchain.system_libraries import not_loaded
 from fmus.toolchain.version import Version
 
 _LISTED: Final = 5
 """The number of missing functions that a message lists."""
+_GIT_LFS: Final = "Fetch it with `git lfs pull`, and pack it again."
+_OVERLOOK: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
 
 
-def binary_remark(archive: Archive) -> str | None:
-    """A remark for the user on the library, before it is loaded.
+def with_library(archive: Archive, *, lenient: bool) -> Archive:
+    """The FMU with the path of its library for this platform and what the library says of itself.
 
-    Returns:
-        The remark; None for an FMU with a binary for this platform.
+    Args:
+        archive: The FMU.
+        lenient: Whether a library is used although it lacks functions that FMI demands and that no run calls.
 
     Raises:
-        RequestError: There is neither a binary for this platform, nor are there sources to compile.
+        RequestError: There is neither a library for this platform, nor are there sources to compile; or the library
+            lacks functions.
     """
-    if binary(archive):
-        return None
-    if has_sources(archive):
-        return f"no binary for {platform_tuple()}; compiled here from the sources inside"
-    found = f"no binary for {platform_tuple()} ({_place(archive)}), and no sources to compile"
-    valid = "a binary for this platform, or the sources inside"
-    folders = platforms(archive)
-    remedy = f"It has binaries for {choices(folders)}." if folders else "Compile the FMU for this platform."
-    raise refuse(str(archive.path), found, valid, remedy)
+    path = _place(archive)
+    alternative = binary_path(Version.FMI3, archive.interface_type.modelIdentifier)  # some FMUs of FMI 2.0 use it
+    path = path if path in archive.files else alternative
+    if path not in archive.files:
+        return _noted(archive, _compiled(archive, ""))
+    code = machine_code(read_file(archive.path, path))
+    if platform_tuple() not in code.platforms:
+        return _noted(archive, _compiled(archive, code.problem or f"a library for {' and '.join(code.platforms)}"))
+    archive = replace(archive, library=path, code=code)
+    return archive if code.exports is None else _noted(archive, *_function_remarks(archive, code.exports, lenient))
 
 
-def binary(archive: Archive) -> str | None:
-    """The path of the library for this platform in the FMU; some FMI 2.0 FMUs use the platform names of FMI 3.0."""
-    paths = [_place(archive), binary_path(Version.FMI3, archive.interface_type.modelIdentifier)]
-    return next((path for path in paths if path in archive.files), None)
+def platforms(archive: Archive) -> list[str]:
+    """The platforms for which the FMU has binaries, by the names of their folders."""
+    return sorted({n.split("/")[1] for n in archive.files if n.startswith("binaries/") and n.count("/") > 1})
+
+
+def _noted(archive: Archive, *remarks: str) -> Archive:
+    return replace(archive, remarks=(*archive.remarks, *remarks))
 
 
 def _place(archive: Archive) -> str:
@@ -51,9 +67,66 @@ def _place(archive: Archive) -> str:
     return binary_path(archive.version, archive.interface_type.modelIdentifier)
 
 
-def platforms(archive: Archive) -> list[str]:
-    """The platforms for which the FMU has binaries, by the names of their folders."""
-    return sorted({n.split("/")[1] for n in archive.files if n.startswith("binaries/") and n.count("/") > 1})
+def _compiled(archive: Archive, unusable: str) -> str:
+    """The remark on an FMU that is compiled here; `unusable` is what stands in the place of its library, if anything.
+
+    Raises:
+        RequestError: There are no sources, or not all of those that it declares.
+    """
+    sources = declared_sources(archive)
+    if sources is None:
+        raise _without_library(archive, unusable)
+    if missing := [name for name in sources.files if posixpath.normpath(f"sources/{name}") not in archive.files]:
+        found = f"no binary for {platform_tuple()}, and no source file sources/{missing[0]}, which it declares"
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        valid = f"all its source files, or a binary for {platform_tuple()} ({_place(archive)})"
+        raise refuse(str(archive.path), found + more, valid, "Ask its maker for a complete export.")
+    reason = f"no binary for {platform_tuple()}" + (f" ({unusable} in its place)" if unusable else "")
+    return f"{reason}; compiled here from {sources.origin}"
+
+
+def _without_library(archive: Archive, unusable: str) -> RequestError:
+    """Why an FMU that has no sources cannot run on this platform."""
+    place, where = _place(archive), str(archive.path)
+    if unusable:
+        remedy = _GIT_LFS if "Git LFS" in unusable else "Ask its maker for a binary for this platform, or the sources."
+        return refuse(f"{where}, {place}", unusable, f"a shared library for {platform_tuple()}", remedy)
+    folder, name = posixpath.split(place)
+    suffix = posixpath.splitext(name)[1]
+    others = [n.rpartition("/")[2] for n in sorted(archive.files) if posixpath.dirname(n) == folder]
+    if others := [n for n in others if n.endswith(suffix)]:
+        found = f"no {name} in {folder}, but {listed(others)}"
+        valid = f"a library that has the name of the modelIdentifier, `{archive.interface_type.modelIdentifier}`"
+        return refuse(where, found, valid, "Have its maker correct the name of the library or the modelIdentifier.")
+    folders = [f"{in_words(folder)} ({folder})" for folder in platforms(archive)]
+    found = f"binaries for {' and '.join(folders)} only, and no sources" if folders else "no binary and no sources"
+    here = in_words(folder.rpartition("/")[2])
+    remedy = f"Ask its maker to export it with a binary for {here}, or with its sources."
+    return refuse(where, found, f"a binary for {platform_tuple()} ({place}), or the sources inside", remedy)
+
+
+def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) -> list[str]:  # noqa: FBT001
+    """Remarks on the functions of a library that has not been loaded. Raises `RequestError`."""
+    where, version = f"{archive.path}, {archive.library}", archive.version
+    prefix = function_prefix(exports, archive.interface_type.modelIdentifier, known_function(version))
+    missing = [n for n in all_functions(archive.description, version) if not {n, f"{prefix}{n}"} & exports]
+    _refuse_incomplete(archive, missing, where)
+    remarks = [f"{archive.library}: the names of its functions begin with `{prefix}`"] if prefix else []
+    if not missing:
+        return remarks
+    if version == Version.FMI2 and not lenient:
+        raise refuse(
+            where, f"a library without {listed(missing, _LISTED)}", f"all functions of FMI {version}.0", _OVERLOOK
+        )
+    some = f"{len(missing)} functions" if len(missing) > 1 else "a function"
+    return [*remarks, f"{archive.library}: lacks {some} of FMI {version}.0 that no run calls ({listed(missing)})"]
+
+
+def _refuse_incomplete(archive: Archive, missing: Collection[str], where: str) -> None:
+    needed = needed_functions(archive.description, archive.version, archive.interface)
+    if lacking := [name for name in missing if name in needed]:
+        found = f"a library without {listed(lacking, _LISTED)}"
+        raise refuse(where, found, f"all functions of FMI {archive.version}.0", "Export the FMU again.")
 
 
 def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
@@ -68,44 +141,40 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
     Raises:
         RequestError: The library cannot be compiled or loaded, or lacks functions of FMI.
     """
-    existing = binary(archive)
-    path = existing or _place(archive)
-    library, where = folder / path, f"{archive.path}, {path}"
-    if existing is None:
+    path = archive.library or _place(archive)
+    library, where, code = folder / path, f"{archive.path}, {path}", archive.code
+    if archive.library is None:
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
-    opened = _opened(library, where)
+        code = machine_code(library.read_bytes())
+    opened = _opened(library, code, where)
     try:
-        _refuse_incomplete(opened, fmu_class, archive.version, where)
+        identifier = archive.interface_type.modelIdentifier
+        prefix = function_prefix(code.exports or (), identifier, known_function(archive.version))
+        names = all_functions(archive.description, archive.version)
+        _refuse_incomplete(
+            archive, [n for n in names if not (hasattr(opened, n) or hasattr(opened, f"{prefix}{n}"))], where
+        )
         return fmu_class(  # for FMI 3.0, FMPy takes no path of the library
+            prefix,
             guid=archive.description.guid,
-            modelIdentifier=archive.interface_type.modelIdentifier,
+            modelIdentifier=identifier,
             unzipDirectory=str(folder),
             instanceName=name,
-            **({"libraryPath": str(library)} if archive.version == Version.FMI2 else {}),
+            **({} if archive.version == Version.FMI3 else {"libraryPath": str(library)}),
         )
     finally:
         freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened the library once more, and closes it only once
 
 
-def _opened(library: Path, where: str) -> ctypes.CDLL:
+def _opened(library: Path, code: MachineCode, where: str) -> ctypes.CDLL:
     at = Path.cwd()
     os.chdir(library.parent)  # so that libraries in the same folder are found, as in FMPy
     try:
         return ctypes.CDLL(str(library))
     except OSError as error:
         reason = str(error).replace(f"{library.parent}{os.sep}", "")
-        found = f"a library that cannot be loaded ({reason})"
-        raise refuse(
-            where, found, f"a shared library for {platform_tuple()}", "Compile it for this platform."
-        ) from None
+        found, remedy = not_loaded(reason, code.needed, [file.name for file in library.parent.iterdir()])
+        raise refuse(where, found, f"a shared library that {platform_tuple()} loads", remedy) from None
     finally:
         os.chdir(at)
-
-
-def _refuse_incomplete(opened: ctypes.CDLL, fmu_class: Any, version: Version, where: str) -> None:
-    missing = [name for name in required_functions(fmu_class, version) if not hasattr(opened, name)]
-    if missing:
-        rest = f" and {len(missing) - _LISTED} more" if len(missing) > _LISTED else ""
-        found = f"a library without {', '.join(missing[:_LISTED])}{rest}"
-        raise refuse(where, found, f"all functions of FMI {version}.0", "Export the FMU again.")

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import gc
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +20,7 @@ from fmus.clock import clocks
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables, whole_name
 from fmus.reading.description import Description, read_description
-from fmus.reading.library import binary_remark
+from fmus.reading.library import with_library
 from fmus.reading.unpack import read
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.fmpy_library import ModelDescription
@@ -37,11 +39,28 @@ def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, le
     Raises:
         RequestError: The file is no FMU, or not one that can run here.
     """
+    with _without_garbage_collection():
+        return _open(path, values, lenient=lenient)
+
+
+@contextmanager
+def _without_garbage_collection() -> Generator[None]:
+    """Python's collector of cycles would look at the objects of a large description again and again, for nothing."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
     where = str(path)
-    files, contents = read(path, {MODEL_DESCRIPTION}, where, VALID_FMU)
-    if MODEL_DESCRIPTION not in contents:
+    content = read(path, {MODEL_DESCRIPTION}, where, VALID_FMU)
+    if MODEL_DESCRIPTION not in content.files:
         raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID_FMU)
-    description = read_description(contents[MODEL_DESCRIPTION], where, lenient=lenient)
+    description = read_description(content.files[MODEL_DESCRIPTION], where, lenient=lenient)
     variables = _variables(description, values, where)
     archive = Archive(
         path,
@@ -51,14 +70,13 @@ def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, le
         references={v.variable.name: v.references for v in variables},
         structural=tuple(v.variable.name for v in variables if v.structural),
         clocks_of={v.variable.name: frozenset(v.clocks) for v in variables if v.clocks},
-        remarks=description.remarks,
-        files=files,
+        remarks=(*content.remarks, *description.remarks),
+        files=content.names,
         root=description.root,
     )
-    needs = ["needs the tool that made it to be installed"] if archive.interface_type.needsExecutionTool else []
-    if remark := binary_remark(archive):
-        needs.append(remark)
-    return replace(archive, remarks=(*archive.remarks, *needs))
+    if archive.interface_type.needsExecutionTool:
+        archive = replace(archive, remarks=(*archive.remarks, "needs the tool that made it to be installed"))
+    return with_library(archive, lenient=lenient)
 
 
 def _variables(description: Description, values: Mapping[str, Any], where: str) -> list[DeclaredVariable]:
@@ -132,4 +150,5 @@ def _rolls_back(model: ModelDescription) -> bool:
 
 def _output_after_set(root: Any) -> bool:
     """Whether our vendor annotation declares that the FMU's outputs follow its inputs before the step."""
-    return bool(root.xpath("//*[local-name()='Outputs' and @afterSet='true']"))
+    parts = "/*/VendorAnnotations//*", "/*/Annotations//*"
+    return any(root.xpath(f"{part}[local-name()='Outputs' and @afterSet='true']") for part in parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import posixpath
 import shlex
 import shutil
 import subprocess
@@ -16,15 +17,18 @@ from typing import Final
 
 import platformdirs
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import listed, refuse
 from fmus.reading.archive import Archive
-from fmus.reading.unpack import parse_xml
+from fmus.reading.unpack import parse_xml, read_file
 from fmus.toolchain.archives import BUILD_DESCRIPTION
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.fmpy_library import C_HEADERS
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
 
+_OLD_C: Final = ("-w", *(f"-Wno-error={name}" for name in ("implicit-function-declaration", "int-conversion")))
+"""Much of what tools write is accepted by a compiler of its time, but is an error for one of today."""
+_ALL: Final = "all.c"
 _VALID: Final = "sources that a C compiler takes"
 _LINES_SHOWN: Final = 3
 
@@ -36,18 +40,30 @@ class CSources:
     files: tuple[str, ...]
     options: tuple[str, ...] = ()
     libraries: tuple[str, ...] = ()
+    origin: str = "the sources inside"
+    """Where they are from, in words."""
 
 
-def has_sources(archive: Archive) -> bool:
-    """Whether an FMU contains the C sources of its library, and declares which files they are."""
+def declared_sources(archive: Archive) -> CSources | None:
+    """The C files of an FMU; None where it has none.
+
+    An FMU of FMI 2.0 that declares none may have some all the same: then all of them in the folder `sources` are
+    compiled, or one that is called `all.c` and includes the others.
+
+    Raises:
+        RequestError: The build description of FMI 3.0 cannot be understood.
+    """
     if archive.version == Version.FMI3:
-        return BUILD_DESCRIPTION in archive.files
-    return bool(_fmi2_files(archive))
-
-
-def _fmi2_files(archive: Archive) -> list[str]:
+        return _described(archive) if BUILD_DESCRIPTION in archive.files else None
     interfaces = [e for e in archive.root if e.get("modelIdentifier") == archive.interface_type.modelIdentifier]
-    return list(dict.fromkeys(f.get("name") for e in interfaces for f in e.iterfind("SourceFiles/File")))
+    names = [str(f.get("name")) for e in interfaces for f in e.iterfind("SourceFiles/File")]
+    if names:
+        return CSources(tuple(dict.fromkeys(name.replace("\\", "/") for name in names)))
+    inside = [name for name in sorted(archive.files) if posixpath.dirname(name) == "sources" and name.endswith(".c")]
+    if not inside:
+        return None
+    files = [_ALL] if _ALL in (names := [posixpath.basename(name) for name in inside]) else names
+    return CSources(tuple(files), origin=f"{listed(files)} in its folder of sources, which it does not declare")
 
 
 def compile_library(archive: Archive, folder: Path, target: Path) -> None:
@@ -68,7 +84,7 @@ def compile_library(archive: Archive, folder: Path, target: Path) -> None:
     if kept.is_file():
         shutil.copyfile(kept, target)
         return
-    _compile(compiler.command, _sources(archive, folder), folder / "sources", target, str(archive.path))
+    _compile(compiler.command, declared_sources(archive) or CSources(()), folder / "sources", target, str(archive.path))
     with suppress(OSError):  # without a cache, the library is compiled each time
         _keep(target, kept)
 
@@ -81,25 +97,31 @@ def _keep(library: Path, kept: Path) -> None:
     partial.replace(kept)
 
 
-def _sources(archive: Archive, folder: Path) -> CSources:
-    if archive.version == Version.FMI2:
-        return CSources(tuple(_fmi2_files(archive)))
+def _described(archive: Archive) -> CSources:
+    """The sources that a build description of FMI 3.0 declares."""
     identifier = archive.interface_type.modelIdentifier
     place = f"{archive.path}, {BUILD_DESCRIPTION}"
-    description = parse_xml((folder / BUILD_DESCRIPTION).read_bytes(), place, "a build description")
+    description = parse_xml(read_file(archive.path, BUILD_DESCRIPTION), place, "a build description")
     chosen = [c for c in description.iterfind("BuildConfiguration") if c.get("modelIdentifier") == identifier]
     if not chosen:
         raise refuse(place, "no build configuration of this model", f"one with modelIdentifier `{identifier}`")
     options: list[str] = []
     for element in chosen[0].iterfind("SourceFileSet"):
-        options += [o for o in shlex.split(element.get("compilerOptions", "")) if o.startswith("-")]
+        options += _options(element.get("compilerOptions", ""), place)
         for definition in element.iterfind("PreprocessorDefinition"):
             value = definition.get("value")
             options.append(f"-D{definition.get('name')}" + ("" if value is None else f"={value}"))
         options += [f"-I{d.get('name')}" for d in element.iterfind("IncludeDirectory")]
-    names = [f.get("name") for f in chosen[0].iterfind("SourceFileSet/SourceFile")]
+    names = [f.get("name", "") for f in chosen[0].iterfind("SourceFileSet/SourceFile")]
     libraries = [e.get("name") for e in chosen[0].iterfind("Library") if e.get("external") in {"true", "1"}]
     return CSources(tuple(names), tuple(options), tuple(libraries))
+
+
+def _options(text: str, place: str) -> list[str]:
+    try:
+        return [option for option in shlex.split(text) if option.startswith("-")]
+    except ValueError as error:
+        raise refuse(place, f"compilerOptions `{text}`", "options with closed quotation marks") from error
 
 
 def _compile(command: Sequence[str], sources: CSources, folder: Path, target: Path, where: str) -> None:
@@ -111,7 +133,7 @@ def _compile(command: Sequence[str], sources: CSources, folder: Path, target: Pa
         raise refuse(where, f"{found}, which is not in its folder" if outside or missing else found, _VALID)
     driver = _driver(command, sources.files)
     complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
-    arguments = [*driver, "-O2", "-w", "-fPIC", "-shared", "-I.", f"-I{C_HEADERS}", *sources.options]
+    arguments = [*driver, "-O2", *_OLD_C, "-fPIC", "-shared", "-I.", f"-I{C_HEADERS}", *sources.options]
     libraries = [f"-l{name}" for name in dict.fromkeys((*sources.libraries, "m"))]
     arguments += [*sources.files, "-o", str(target), *complete, *libraries]
     done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603

@@ -8,14 +8,16 @@ import stat
 import tempfile
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Collection, Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from lxml import etree
 
-from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
 
 MOST_ENTRIES: Final = 100_000
 LARGEST_ARCHIVE: Final = 8 * 2**30
@@ -23,9 +25,28 @@ LARGEST_ARCHIVE: Final = 8 * 2**30
 SUSPICIOUS_SIZE: Final = 256 * 2**20
 """[byte] Files that have more together, and more than `LARGEST_RATIO` times the size of the archive, are a zip bomb."""
 LARGEST_RATIO: Final = 200
+LARGEST_XML: Final = 512 * 2**20
+"""[byte] More than the longest description has: an array may have 10 million elements."""
+DEEPEST_XML: Final = 256
+"""The most elements inside each other."""
+_CHUNK: Final = 2**16
+_DOCUMENT_TYPE: Final = "a document type declaration (DTD), whose entities could expand without end"
+_TOO_DEEP: Final = f"more than {DEEPEST_XML} elements inside each other"
 
 
-def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
+@dataclass(frozen=True)
+class ArchiveContent:
+    """What was read of an archive without unpacking it."""
+
+    names: frozenset[str]
+    """The names of all files in it."""
+    files: dict[str, bytes]
+    """The content of those files that were asked for and are in it."""
+    remarks: tuple[str, ...]
+    """Remarks for the user on the archive itself."""
+
+
+def unpack(path: Path, folder: Path, where: str, valid: str) -> tuple[str, ...]:
     """Unpack a zip archive.
 
     Backslashes in names, as some tools on Windows write them, separate folders.
@@ -36,9 +57,13 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
         where: The archive, as messages name it.
         valid: What the file should be, as messages say it.
 
+    Returns:
+        Remarks for the user on the archive.
+
     Raises:
         RequestError: The archive is missing or corrupt, is a zip bomb, or has an entry that would leave the folder, is
-            a link or is encrypted. Only a corrupt archive may have been unpacked in part.
+            a link, is encrypted, or stands in it twice with different bytes. Only a corrupt archive may have been
+            unpacked in part.
     """
     with _opened(path, folder, where, valid) as archive:
         for entry in archive.infolist():
@@ -49,9 +74,10 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             with archive.open(entry) as source, target.open("wb") as file:
                 shutil.copyfileobj(source, file)
+        return _remarks(archive.infolist())
 
 
-def read(path: Path, names: Collection[str], where: str, valid: str) -> tuple[frozenset[str], dict[str, bytes]]:
+def read(path: Path, names: Collection[str], where: str, valid: str) -> ArchiveContent:
     """Read files of a zip archive, all files of which are checked for damage.
 
     Args:
@@ -60,18 +86,34 @@ def read(path: Path, names: Collection[str], where: str, valid: str) -> tuple[fr
         where: The archive, as messages name it.
         valid: What the file should be, as messages say it.
 
-    Returns:
-        The names of all files of the archive, and the content of those of `names` that are in it.
-
     Raises:
         RequestError: As `unpack` raises it.
     """
     with _opened(path, Path(tempfile.gettempdir()), where, valid) as archive:
         entries = {_name(entry): entry for entry in archive.infolist() if not _name(entry).endswith("/")}
-        contents = {name: archive.read(entry) for name, entry in entries.items() if name in names}
-        if damaged := archive.testzip():
-            raise refuse(where, f"a corrupt archive ({damaged} is damaged)", valid, "Pack or copy it again.")
-        return frozenset(entries), contents
+        contents: dict[str, bytes] = {}
+        for name, entry in entries.items():  # each file is read once, and an entry to its end is checked for damage
+            if name in names:
+                contents[name] = archive.read(entry)
+            else:
+                _check(archive, entry, where, valid)
+        return ArchiveContent(frozenset(entries), contents, _remarks(archive.infolist()))
+
+
+def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, where: str, valid: str) -> None:
+    try:
+        with archive.open(entry) as file:
+            while file.read(_CHUNK):
+                pass
+    except zipfile.BadZipFile as error:
+        found = f"a corrupt archive ({entry.filename} is damaged)"
+        raise refuse(where, found, valid, "Pack or copy it again.") from error
+
+
+def read_file(path: Path, name: str) -> bytes:
+    """The content of one file of an archive that has been read before."""
+    with zipfile.ZipFile(path) as archive:
+        return archive.read(next(entry for entry in archive.infolist() if _name(entry) == name))
 
 
 @contextmanager
@@ -82,7 +124,7 @@ def _opened(path: Path, folder: Path, where: str, valid: str) -> Generator[zipfi
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
-            raise_if_any(_entry_problems(entries, where, valid))
+            raise_if_any(_entry_problems(archive, where, valid))
             raise_if_any(_size_problems(entries, path.stat().st_size, folder, where, valid))
             yield archive
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError) as error:
@@ -95,10 +137,17 @@ def _name(entry: zipfile.ZipInfo) -> str:
     return entry.filename.replace("\\", "/")
 
 
-def _entry_problems(entries: list[zipfile.ZipInfo], where: str, valid: str) -> list[Problem]:
+def _remarks(entries: list[zipfile.ZipInfo]) -> tuple[str, ...]:
+    """A remark on files that stand in the archive more than once, with the same bytes."""
+    counts = Counter(name for entry in entries if not (name := _name(entry)).endswith("/"))
+    repeated = [name for name, count in counts.items() if count > 1]
+    return (f"the archive has {listed(repeated)} more than once, with the same bytes",) if repeated else ()
+
+
+def _entry_problems(archive: zipfile.ZipFile, where: str, valid: str) -> list[Problem]:
     problems: list[Problem] = []
-    seen: set[str] = set()
-    for entry in entries:
+    seen: dict[str, zipfile.ZipInfo] = {}
+    for entry in archive.infolist():
         name = _name(entry)
         found, remedy = None, ""
         if _leaves(name):
@@ -107,12 +156,23 @@ def _entry_problems(entries: list[zipfile.ZipInfo], where: str, valid: str) -> l
             found, remedy = "an encrypted entry", "Pack it without a password."
         elif stat.S_ISLNK(entry.external_attr >> 16):
             found, remedy = "a symbolic link", "Pack the file that it leads to."
-        elif name in seen:
-            found, remedy = "two entries of one name", "Pack it again."
+        elif name in seen and not name.endswith("/") and not _are_equal(archive, seen[name], entry):
+            found, remedy = "two entries of one name with different bytes", "Pack it again."
         if found:
             problems.append(Problem(where, f"{found}, {entry.filename}", valid, remedy))
-        seen.add(name)
+        seen.setdefault(name, entry)
     return problems
+
+
+def _are_equal(archive: zipfile.ZipFile, first: zipfile.ZipInfo, second: zipfile.ZipInfo) -> bool:
+    """Whether two entries have the same bytes, which a damaged one never has."""
+    if (first.file_size, first.CRC) != (second.file_size, second.CRC):
+        return False
+    with archive.open(first) as a, archive.open(second) as b:
+        while (part := a.read(2**20)) == b.read(2**20):
+            if not part:
+                return True
+    return False
 
 
 def _leaves(name: str) -> bool:
@@ -138,7 +198,8 @@ def parse_xml(content: bytes, where: str, valid: str) -> Any:
     """The root element of an XML document.
 
     Documents with a document type declaration are refused: neither FMI nor SSP has one, and its entities may expand
-    without end or refer to other files.
+    without end or refer to other files. Texts and attributes may be as long as the document: the start value of an
+    array is one attribute.
 
     Args:
         content: The document.
@@ -146,22 +207,63 @@ def parse_xml(content: bytes, where: str, valid: str) -> Any:
         valid: What it should be, as messages say it.
 
     Raises:
-        RequestError: The document is not well-formed, in which case the message has the line, or has a document type
-            declaration.
+        RequestError: The document is not well-formed, in which case the message has the line, has a document type
+            declaration, or is too large or nested too deeply.
     """
-    declaration = "a document type declaration (DTD), whose entities could expand without end"
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    if len(content) > LARGEST_XML:
+        found = f"{len(content) / 2**20:.0f} MiB of XML"
+        raise refuse(where, found, f"at most {LARGEST_XML / 2**20:.0f} MiB of XML in one file")
+    parser = _parser(huge_tree=False)
     try:
         root = etree.fromstring(content, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        if b"<!DOCTYPE" in content:
-            raise refuse(where, declaration, valid) from error
-        line = getattr(error, "lineno", None)
-        errors = parser.error_log.filter_from_errors()  # the exception has the line in its message too
-        reason = errors[0].message if errors else str(error)
-        raise refuse(
-            f"{where}, line {line}" if line else where, f"XML that is not well-formed ({reason})", valid
-        ) from error
+        errors = parser.error_log.filter_from_errors()
+        if _has_document_type(content):
+            raise refuse(where, _DOCUMENT_TYPE, valid) from error
+        if not errors or errors[0].type_name != "ERR_RESOURCE_LIMIT":
+            raise _not_well_formed(error, errors, where, valid) from error
+        root = _large(content, where, valid)
     if root.getroottree().docinfo.internalDTD is not None:
-        raise refuse(where, declaration, valid)
+        raise refuse(where, _DOCUMENT_TYPE, valid)
     return root
+
+
+def _parser(*, huge_tree: bool) -> Any:
+    return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=huge_tree)
+
+
+def _large(content: bytes, where: str, valid: str) -> Any:
+    """The root element of a document, without entities, that is beyond the usual limits of the parser."""
+    parser = _parser(huge_tree=True)
+    try:
+        root = etree.fromstring(content, parser)
+    except etree.XMLSyntaxError as error:
+        errors = parser.error_log.filter_from_errors()
+        if errors and errors[0].type_name == "ERR_RESOURCE_LIMIT":
+            raise refuse(where, _TOO_DEEP, valid) from error
+        raise _not_well_formed(error, errors, where, valid) from error
+    depth = 0
+    for event, _ in etree.iterwalk(root, ("start", "end")):
+        depth += 1 if event == "start" else -1
+        if depth > DEEPEST_XML:
+            raise refuse(where, _TOO_DEEP, valid)
+    return root
+
+
+def _has_document_type(content: bytes) -> bool:
+    """Whether there is a document type declaration, which can only stand before the root element."""
+    parser = etree.XMLPullParser(("start",), resolve_entities=False, no_network=True, load_dtd=False)
+    try:
+        for at in range(0, len(content), _CHUNK):
+            parser.feed(content[at : at + _CHUNK])
+            for _, root in parser.read_events():
+                return root.getroottree().docinfo.internalDTD is not None
+    except etree.XMLSyntaxError:
+        pass
+    return any("<!DOCTYPE".encode(encoding) in content for encoding in ("utf-8", "utf-16-le", "utf-16-be"))
+
+
+def _not_well_formed(error: Exception, errors: Any, where: str, valid: str) -> RequestError:
+    line = getattr(error, "lineno", None)
+    reason = errors[0].message if errors else str(error)  # the exception has the line in its message too
+    return refuse(f"{where}, line {line}" if line else where, f"XML that is not well-formed ({reason.strip()})", valid)

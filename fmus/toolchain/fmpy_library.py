@@ -7,8 +7,10 @@ this one in few of its functions only imports it there.
 Some of what is used is no part of FMPy's public interface and has to be compared with each new version of FMPy:
 
 * the package data in `c-code`, `schema`, `ssp/schema` and `logging`, by the names of folders and files;
-* of an object of an FMU class: `dll`, the loaded library, whose functions are called directly in every step, and
-  `component`, the pointer to the instance;
+* of an object of an FMU class: `dll`, the loaded library, whose functions are called directly in every step,
+  `component`, the pointer to the instance, and `_loadFunctions`, the method that looks up all functions of FMI and that
+  tells the version by the first letters of the name of the class;
+* that it reads a model description with lxml's default parser (`_model`);
 * the names of the methods of these classes, which tell the functions that FMPy expects of a library
   (`required_functions`);
 * FMPy's library that formats the log messages of FMI 2.0, with its function `addLoggerProxy`
@@ -22,7 +24,6 @@ Some of what is used is no part of FMPy's public interface and has to be compare
 
 from __future__ import annotations
 
-import re
 import zipfile
 from collections.abc import Callable
 from ctypes import CDLL
@@ -33,11 +34,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import fmpy
-from fmpy import calloc, free, freeLibrary, read_model_description
+from fmpy import calloc, fmi1, fmi2, fmi3, free, freeLibrary, read_model_description
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
-    FMU2Model,
-    FMU2Slave,
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
@@ -46,8 +45,6 @@ from fmpy.fmi2 import (
     fmi2Terminated,
 )
 from fmpy.fmi3 import (
-    FMU3Model,
-    FMU3Slave,
     fmi3Error,
     fmi3Float64,
     fmi3IntervalChanged,
@@ -59,6 +56,9 @@ from fmpy.validation import validate_model_description
 from lxml import etree
 
 from fmus.toolchain.archives import MODEL_DESCRIPTION
+from fmus.toolchain.description_breach import DescriptionBreach, as_phrase, breach_of
+from fmus.toolchain.description_repair import contradictions_with_initial, named_version, separate_by_single_blanks
+from fmus.toolchain.function_library import FunctionLibrary
 from fmus.toolchain.version import Version
 
 if TYPE_CHECKING:
@@ -68,7 +68,6 @@ __all__ = [
     "C_HEADERS",
     "FMI2_LOGGING_LIBRARY",
     "SSP_SCHEMAS",
-    "DescriptionBreach",
     "FMICallException",
     "FMU2Model",
     "FMU2Slave",
@@ -77,7 +76,6 @@ __all__ = [
     "ModelDescription",
     "ModelDescriptionError",
     "Sundials",
-    "as_phrase",
     "calloc",
     "description_breaches",
     "description_schema",
@@ -128,47 +126,51 @@ class ModelDescriptionError(ValueError):
     """FMPy cannot read a model description; the message, one line, says why."""
 
 
-_LIST: Final = re.compile(rb"\b(dependencies|dependenciesKind|clocks)(\s*=\s*)(\"[^\"]*\"|'[^']*')")
-
-
-def read_model(content: bytes, version: Version) -> ModelDescription:
+def read_model(root: Any, version: Version) -> ModelDescription:
     """FMPy's objects for a model description, whose rules it does not check here.
 
-    Lists are given to FMPy with single blanks between their items, and later versions 2.x as 2.0, because it reads
-    neither otherwise.
+    FMPy is given the document that has been parsed already, with what it does not read otherwise: lists with single
+    blanks between their items, later versions 2.x as 2.0, and an `initial` for variables whose causality and
+    variability exclude each other.
 
     Args:
-        content: A modelDescription.xml that is well-formed.
+        root: The root element of a modelDescription.xml, which remains as it is but for the blanks.
         version: The version of FMI that it is read as.
 
     Raises:
         ModelDescriptionError: The description has values that FMPy does not expect.
     """
-    content = _LIST.sub(lambda m: m[1] + m[2] + m[3][:1] + b" ".join(m[3][1:-1].split()) + m[3][:1], content)
-    if version == Version.FMI2:
-        content = re.sub(rb"(fmiVersion\s*=\s*[\"'])2\.0[^\"']*", rb"\g<1>2.0", content, count=1)
-    packed = BytesIO()  # a separate archive, so that FMPy reads no file of the FMU that has not been checked
+    separate_by_single_blanks(root)
+    with named_version(root, "2.0" if version == Version.FMI2 else root.get("fmiVersion")):
+        try:
+            return _model(root)
+        except ModelDescriptionError:
+            with contradictions_with_initial(root) as contradicting:
+                if not contradicting:
+                    raise
+                return _model(root)
+
+
+def _model(root: Any) -> ModelDescription:
+    class Parsed:
+        """The target of a parser whose result is the document that has been parsed before."""
+
+        def start(self, *_: Any) -> None: ...
+        def end(self, *_: Any) -> None: ...
+        def close(self) -> Any:
+            return root.getroottree()
+
+    packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
-        archive.writestr(MODEL_DESCRIPTION, content)
+        archive.writestr(MODEL_DESCRIPTION, "<empty/>")
+    etree.set_default_parser(etree.XMLParser(target=Parsed()))  # FMPy uses lxml's default parser, one per thread
     try:
         return read_model_description(packed, validate=False)
     except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
         reason = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
         raise ModelDescriptionError(as_phrase(reason)) from error
-
-
-@dataclass(frozen=True)
-class DescriptionBreach:
-    """A rule of FMI that a model description breaks."""
-
-    report: str
-    """FMPy's report in one line."""
-    found: str
-    """The report without the line of the file."""
-    line: int | None
-    """The line of modelDescription.xml, where FMPy names one."""
-    concerns_variability: bool
-    """Whether the breach is a variability that the variable's type does not allow."""
+    finally:
+        etree.set_default_parser(None)
 
 
 def description_breaches(model: ModelDescription, *, with_structure: bool) -> list[DescriptionBreach]:
@@ -178,28 +180,59 @@ def description_breaches(model: ModelDescription, *, with_structure: bool) -> li
         model: The description, as `read_model` gives it.
         with_structure: Whether the model structure has to be complete.
     """
-    return [_breach(text) for text in validate_model_description(model, validate_model_structure=with_structure)]
-
-
-def _breach(text: str) -> DescriptionBreach:
-    match = re.search(r" \(line (\d+)\)", text)
-    return DescriptionBreach(
-        report=as_phrase(text),
-        found=as_phrase(text if match is None else text[: match.start()] + text[match.end() :]),
-        line=None if match is None else int(match[1]),
-        concerns_variability="must have variability" in text,
-    )
-
-
-def as_phrase(text: str) -> str:
-    """A message of FMPy or of libxml2 as a part of one of ours: in one line, without full stop and quotation marks."""
-    return " ".join(text.split()).rstrip(".").replace('"', "`")
+    units = {unit.name for unit in model.unitDefinitions}
+    texts: list[str] = []
+    for v in model.modelVariables:
+        for shown in (v, *v.aliases):
+            if shown.displayUnit is not None and (v.unit or (v.declaredType and v.declaredType.unit)) not in units:
+                line = f"(line {v.sourceline})"
+                texts.append(f'The display unit "{shown.displayUnit}" of variable "{v.name}" {line} has no unit.')
+                shown.displayUnit = None  # FMPy would look for it among those of its unit
+    return [
+        breach_of(text) for text in texts + validate_model_description(model, validate_model_structure=with_structure)
+    ]
 
 
 def required_functions(fmu_class: type, version: Version) -> list[str]:
     """The functions of FMI that FMPy looks up in the library of an FMU: the names of the methods of its class."""
     prefix = f"fmi{version}"
     return [name for name in dir(fmu_class) if name.startswith(prefix) and name[len(prefix) :][:1].isupper()]
+
+
+class _AnyFunctions:
+    """A class of FMPy that takes libraries which lack functions, and ones whose names have a prefix."""
+
+    def __init__(self, function_prefix: str, **arguments: Any) -> None:
+        self.function_prefix = function_prefix
+        super().__init__(**arguments)
+
+    def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
+        self.dll = FunctionLibrary(self.dll, self.function_prefix, lambda name: FMICallException(name, fmi3Error))
+        super()._loadFunctions()  # type: ignore[misc]
+
+
+class FMU1Slave(_AnyFunctions, fmi1.FMU1Slave):
+    """An FMI 1.0 Co-Simulation FMU."""
+
+
+class FMU1Model(_AnyFunctions, fmi1.FMU1Model):
+    """An FMI 1.0 Model Exchange FMU."""
+
+
+class FMU2Slave(_AnyFunctions, fmi2.FMU2Slave):
+    """An FMI 2.0 Co-Simulation FMU."""
+
+
+class FMU2Model(_AnyFunctions, fmi2.FMU2Model):
+    """An FMI 2.0 Model Exchange FMU."""
+
+
+class FMU3Slave(_AnyFunctions, fmi3.FMU3Slave):
+    """An FMI 3.0 Co-Simulation FMU."""
+
+
+class FMU3Model(_AnyFunctions, fmi3.FMU3Model):
+    """An FMI 3.0 Model Exchange FMU."""
 
 
 @dataclass(frozen=True)

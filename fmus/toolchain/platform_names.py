@@ -19,6 +19,9 @@ _FMI2_FOLDERS = {
     "x86-windows": "win32",
 }
 
+_SYSTEMS_IN_WORDS = {"linux": "Linux", "darwin": "macOS", "windows": "Windows"}
+_PROCESSORS_IN_WORDS = {"x86_64": "64 bit", "x86": "32 bit", "aarch64": "ARM, 64 bit"}
+
 
 def platform_tuple() -> str:
     """The platform tuple of FMI 3.0, for example `x86_64-linux`."""
@@ -36,6 +39,15 @@ def binary_path(version: Version, identifier: str) -> str:
     known = platform_tuple()
     folder = _FMI2_FOLDERS.get(known, known) if version is Version.FMI2 else known
     return f"binaries/{folder}/{identifier}{_SUFFIXES.get(_system(), '.so')}"
+
+
+def in_words(folder: str) -> str:
+    """What the name of a folder with binaries means, such as `Windows, 64 bit`; the name itself where it is unknown."""
+    known = next((name for name, of_fmi2 in _FMI2_FOLDERS.items() if of_fmi2 == folder), folder)
+    processor, _, system = known.partition("-")
+    if system not in _SYSTEMS_IN_WORDS:
+        return folder
+    return f"{_SYSTEMS_IN_WORDS[system]}, {_PROCESSORS_IN_WORDS.get(processor, processor)}"
 
 
 def _system() -> str:

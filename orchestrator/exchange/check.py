@@ -11,7 +11,7 @@ from components.interfaces.problem import Problem, RequestError, choices, did_yo
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
-from fmus.reading.library import binary, platforms
+from fmus.reading.library import platforms
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit_interface import Interface, SuggestedExperiment
 from orchestrator.exchange.trial import try_first_step
@@ -168,7 +168,7 @@ def _description(path: Path, archive: Archive) -> Iterator[str]:
     yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {interfaces}"
     if d.description:
         yield f"  {d.description}"
-    suffix = "" if binary(archive) else f"; none for this machine ({platform_tuple()})"
+    suffix = "" if archive.library else f"; none for this machine ({platform_tuple()})"
     sources = ", with sources" if any(name.startswith("sources/") for name in archive.files) else ""
     yield f"  runs on {', '.join(platforms(archive)) or 'no platform'}{suffix}{sources}"
     if d.generationTool:

@@ -136,7 +136,7 @@ def open_package(path: Path, where: str, findings: Findings) -> Package:
     """
     folder = Path(tempfile.mkdtemp(prefix="macrostep_ssp_")).resolve()
     _folders.append(folder)
-    unpack(path, folder, where, VALID_SSP)
+    findings.remarks += unpack(path, folder, where, VALID_SSP)
     return Package(folder, where, findings)
 
 

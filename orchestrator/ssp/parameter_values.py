@@ -159,7 +159,7 @@ def _document_in_component(bindings: ParameterBindings, source: str, where: str,
         archive = findings.attempt(lambda: read(file, {source}, where, "a component that is a zip archive"))
         if archive is None:
             return None
-    content = None if archive is None else archive[1].get(source)
+    content = None if archive is None else archive.files.get(source)
     if file is None or content is None:
         findings.add_problem(where, f"the file `{source}`, which is not in the component", "a file inside it")
         return None

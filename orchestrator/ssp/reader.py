@@ -37,6 +37,7 @@ from orchestrator.ssp.xml import qualified
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named
 from orchestrator.system.files import Given
+from orchestrator.system.remarks import enumeration_remarks
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
@@ -81,6 +82,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
     _remark_on_undriven(assembly, known)
+    findings.remarks += enumeration_remarks(system)
     late = annotation is None and open_dependencies_close_a_loop(system)
     if late:
         findings.remarks.append(OPEN_LOOP)

@@ -107,6 +107,10 @@ class Colour(IntEnum):
     green = 2
 
 
+class Huge(IntEnum):
+    last = 2**40
+
+
 class Paint(IntEnum):
     red = 1
     green = 3
@@ -118,7 +122,12 @@ def test_enumerations_fit_by_their_items():
     assert not type_fits(colour, paint)
     assert type_fits(colour, of("1", Type.ENUMERATION))
     assert type_fits(colour, of("1", Type.INT64))
-    assert not type_fits(colour, of("1", Type.INT32))
-    assert not type_fits(of("1", Type.INT32), colour)
+    assert type_fits(colour, of("1", Type.INT32))
+    assert type_fits(of("1", Type.INT32), colour)
+    assert not type_fits(of("1", Type.ENUMERATION), of("1", Type.INT32))
+    assert not type_fits(of("1", Type.ENUMERATION, enumeration=Huge), of("1", Type.INT32))
+    assert not type_fits(colour, of("1", Type.INT16))
+    assert not type_fits(of("1", Type.INT64), colour)
+    assert not type_fits(of("1", Type.FLOAT64), colour)
     assert not type_fits(of("1", Type.BOOLEAN), of("1", Type.INT32))
     assert not type_fits(of("1", Type.STRING), of("1", Type.BINARY))

@@ -11,19 +11,26 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
 from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Quantity
+from components.interfaces.record import Variable
 from fmus.reading.archive import VALID_FMU
+from fmus.reading.description import read_description
+from fmus.reading.needed_functions import all_functions, needed_functions
 from fmus.reading.opening import open_fmu
+from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
+from fmus.unit_interface import Interface
 from fmus.units.make import fmu_unit
 from orchestrator.stepping.master import Simulation, SimulationError, simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
-from tests.fmus.foreign import C, copied, description2, description3, entries, library, pack, scalar
+from tests.fmus.foreign import C, copied, description2, description3, entries, functions, library, pack, scalar
 
 TEXT = {
     2: description2([scalar("y", 101, "output")], ['<Unknown index="1"/>'], initial=['<Unknown index="1"/>']),
@@ -153,27 +160,150 @@ def test_a_library_is_unloaded_with_its_unit_and_where_it_is_refused(good, tmp_p
 def test_what_is_no_library_is_refused(good, tmp_path, version):
     place = binary_path(Version(version), "m")
     assert refusal(changed(good, tmp_path, version, binary=b"\x7fELF nothing of the kind")) == (
-        f"m.fmu, {place}: found a library that cannot be loaded (m.so: file too short);"
-        f" valid: a shared library for {HERE}. Compile it for this platform."
+        f"m.fmu, {place}: found a damaged library; valid: a shared library for {HERE}."
+        " Ask its maker for a binary for this platform, or the sources."
     )
+
+
+def test_a_pointer_of_git_lfs_says_how_to_fetch_the_file(good, tmp_path, version):
+    pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 1\n"
+    place = binary_path(Version(version), "m")
+    assert refusal(changed(good, tmp_path, version, binary=pointer)) == (
+        f"m.fmu, {place}: found a pointer of Git LFS instead of the file itself; valid: a shared library for {HERE}."
+        " Fetch it with `git lfs pull`, and pack it again."
+    )
+
+
+def test_a_library_for_another_machine_is_refused_or_its_sources_are_compiled(good, tmp_path, version):
+    place = binary_path(Version(version), "m")
+    code = bytearray(entries(good)[place])
+    code[18:20] = (183).to_bytes(2, "little")
+    assert refusal(changed(good, tmp_path, version, binary=bytes(code))) == (
+        f"m.fmu, {place}: found a library for aarch64-linux; valid: a shared library for {HERE}."
+        " Ask its maker for a binary for this platform, or the sources."
+    )
+    path = copied(with_sources(good, tmp_path, version), tmp_path / "n.fmu", {place: bytes(code)})
+    assert open_fmu(path).remarks == (
+        f"no binary for {HERE} (a library for aarch64-linux in its place); compiled here from the sources inside",
+    )
+    assert len(rows(path)) == 2
 
 
 def test_functions_that_are_missing_are_named(good, tmp_path, version):
     absent = [f"fmi{version}DoStep", f"fmi{version}Reset"]
     binary = library(tmp_path, Version(version), "", absent=absent)
     assert refusal(changed(good, tmp_path, version, binary=binary)) == (
-        f"m.fmu, {binary_path(Version(version), 'm')}: found a library without fmi{version}DoStep, fmi{version}Reset;"
+        f"m.fmu, {binary_path(Version(version), 'm')}: found a library without fmi{version}DoStep;"
         f" valid: all functions of FMI {version}.0. Export the FMU again."
     )
 
 
+def unneeded(version):
+    """The functions that no Co-Simulation run calls of the FMU of these tests."""
+    fmi = Version(version)
+    needed = needed_functions(*parts(version))
+    return [name for name in functions(fmi) if name not in needed]
+
+
+def parts(version):
+    description = read_description(TEXT[version].encode(), "m.fmu", lenient=False)
+    outputs = (Variable("y", Quantity("1", "y")),)
+    interface = Interface("m", (), outputs, (), np.zeros((1, 0), dtype=bool), output_after_set=True, starts={})
+    return description.model, Version(version), interface
+
+
+def only_what_is_needed(folder, version):
+    """A library that exports the functions that a run calls, and no other."""
+    keep = "; ".join(sorted(needed_functions(*parts(version))))
+    (folder / "exports.map").write_text(f"{{ global: {keep}; local: *; }};")
+    option = f"-Wl,--version-script={folder / 'exports.map'}"
+    return library(folder, Version(version), f'#include "echo{version}.c"', option)
+
+
+def test_functions_that_no_run_calls_may_be_absent(good, tmp_path, version):
+    """Simulink R2024b and Dymola export of FMI 3.0 only what Co-Simulation needs; FMI 2.0 demands all functions."""
+    path = changed(good, tmp_path, version, binary=only_what_is_needed(tmp_path, version))
+    place = binary_path(Version(version), "m")
+    lacking = [n for n in all_functions(*parts(version)[:2]) if n in unneeded(version)]
+    some = ", ".join(lacking[:3]) + f" and {len(lacking) - 3} more"
+    remark = f"{place}: lacks {len(lacking)} functions of FMI {version}.0 that no run calls ({some})"
+    if version == 2:
+        five = ", ".join(lacking[:5]) + f" and {len(lacking) - 5} more"
+        assert refusal(path) == (
+            f"m.fmu, {place}: found a library without {five}; valid: all functions of FMI 2.0."
+            " Have the file corrected by its maker, or run it as it is with --lenient."
+        )
+    assert open_fmu(path, lenient=True).remarks == (remark,)
+    source = Fmu(path, lenient=True)
+    assert len(simulate(System({"m": source}, {}), h=0.1, until=0.1)) == 2
+
+
+def prefixed(prefix, version):
+    """The lines with which the header of the standard gives all functions a prefix; FMPy's does it for few."""
+    names = functions(Version(version))
+    lines = [f'#include "fmi{version}Functions.h"', *(f"#undef {n}\n#define {n} {prefix}{n}" for n in names)]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("prefix", ["m_", "other_"])
+def test_names_of_functions_may_have_a_prefix(good, tmp_path, version, prefix):
+    stubs = [f"-D{name}={prefix}{name}" for name in functions(Version(version))]
+    binary = library(tmp_path, Version(version), f'{prefixed(prefix, version)}#include "echo{version}.c"', *stubs)
+    path = changed(good, tmp_path, version, binary=binary)
+    place = binary_path(Version(version), "m")
+    assert open_fmu(path).remarks == (f"{place}: the names of its functions begin with `{prefix}`",)
+    assert rows(path)["m.y"].tolist() == [0.0, 0.0]
+
+
 def test_without_a_binary_and_sources_an_fmu_is_refused(good, tmp_path, version):
     own = binary_path(Version(version), "m")
-    path = copied(good, tmp_path / "m.fmu", {own: None, "binaries/win64/m.dll": b"x"})
+    path = copied(good, tmp_path / "m.fmu", {own: None, "binaries/win64/m.dll": b"x", "binaries/win32/m.dll": b"x"})
+    valid = f"valid: a binary for {HERE} ({own}), or the sources inside."
+    remedy = "Ask its maker to export it with a binary for Linux, 64 bit, or with its sources."
     assert refusal(path) == (
-        f"m.fmu: found no binary for {HERE} ({own}), and no sources to compile;"
-        " valid: a binary for this platform, or the sources inside. It has binaries for win64."
+        "m.fmu: found binaries for Windows, 32 bit (win32) and Windows, 64 bit (win64) only, and no sources;"
+        f" {valid} {remedy}"
     )
+    path = copied(good, tmp_path / "n.fmu", {own: None})
+    assert refusal(path) == f"n.fmu: found no binary and no sources; {valid} {remedy}"
+
+
+def test_a_library_under_another_name_is_named(good, tmp_path, version):
+    own = binary_path(Version(version), "m")
+    other = own.replace("/m.so", "/another.so")
+    path = copied(good, tmp_path / "m.fmu", {own: None, other: entries(good)[own]})
+    folder = own.rpartition("/")[0]
+    assert refusal(path) == (
+        f"m.fmu: found no m.so in {folder}, but another.so; valid: a library that has the name of the modelIdentifier,"
+        " `m`. Have its maker correct the name of the library or the modelIdentifier."
+    )
+
+
+def test_libraries_of_the_system_that_are_missing_are_named(good, tmp_path, version):
+    """All of them, with the packages that have them."""
+    places = []
+    for name in ("libnowhere.so.3", "libgfortran.so.4"):
+        places.append(tmp_path / name)
+        (tmp_path / "e.c").write_text("int nowhere(void) { return 1; }")
+        command = [*required_compiler().command, "-shared", "-fPIC", str(tmp_path / "e.c"), f"-Wl,-soname,{name}"]
+        subprocess.run([*command, "-o", str(places[-1])], check=True)
+    needs = ["-Wl,--no-as-needed", *map(str, places)]
+    binary = library(tmp_path / "c", Version(version), f'#include "echo{version}.c"', *needs)
+    path = changed(good, tmp_path, version, binary=binary)
+    place = binary_path(Version(version), "m")
+    assert refusal(path) == (
+        f"m.fmu, {place}: found a library that needs libnowhere.so.3, libgfortran.so.4, which are not on this machine;"
+        f" valid: a shared library that {HERE} loads. Install them (Debian: apt-get install libgfortran4)."
+    )
+    beside = place.replace("m.so", "libnowhere.so.3")
+    path = copied(path, tmp_path / "n.fmu", {beside: places[0].read_bytes()})
+    assert "found a library that does not look for libnowhere.so.3 in its own folder;" in refusal(path)
+
+
+def test_a_function_that_no_library_has_is_named(good, tmp_path, version):
+    source = f'void nowhere(void);\nvoid unused(void) {{ nowhere(); }}\n#include "echo{version}.c"'
+    path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source, "-Wl,-z,now"))
+    assert "found a library that uses `nowhere`, which no library has that it names;" in refusal(path)
 
 
 BUILD = """<fmiBuildDescription fmiVersion="3.0"><BuildConfiguration modelIdentifier="m">
@@ -214,6 +344,46 @@ def test_sources_are_compiled_where_there_is_no_binary_and_kept(good, tmp_path, 
 def test_a_cache_that_cannot_be_written_to_costs_time_only(good, tmp_path, version, cache):
     cache.write_text("no folder")
     assert len(rows(with_sources(good, tmp_path, version))) == 2
+
+
+def test_a_source_file_that_is_declared_and_absent_is_named(good, tmp_path, version):
+    path = copied(with_sources(good, tmp_path, version), tmp_path / "n.fmu", {"sources/stubs.c": None})
+    assert refusal(path) == (
+        f"n.fmu: found no binary for {HERE}, and no source file sources/stubs.c, which it declares; valid: all its"
+        f" source files, or a binary for {HERE} ({binary_path(Version(version), 'm')})."
+        " Ask its maker for a complete export."
+    )
+
+
+def test_sources_that_nothing_declares_are_compiled_all(folder, tmp_path):
+    path = with_sources(folder / "good2.fmu", tmp_path, 2)
+    path = copied(path, tmp_path / "n.fmu", {"modelDescription.xml": TEXT[2].encode(), "sources/echo2.c": None})
+    path = copied(path, tmp_path / "o.fmu", {"sources/m.c": (C / "echo2.c").read_bytes()})
+    assert open_fmu(path).remarks == (
+        f"no binary for {HERE}; compiled here from m.c, stubs.c in its folder of sources, which it does not declare",
+    )
+    assert rows(path)["m.y"].tolist() == [0.0, 0.0]
+    whole = (
+        (C / "echo2.c").read_text()
+        + """
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t, fmi2Boolean e, fmi2Real s) {
+    return fmi2OK;
+}
+fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2ExitInitializationMode(fmi2Component c) { return fmi2OK; }
+fmi2Status fmi2Terminate(fmi2Component c) { return fmi2OK; }
+"""
+    )
+    path = copied(path, tmp_path / "p.fmu", {"sources/all.c": whole.encode(), "sources/m.c": b"int x = ;"})
+    assert "compiled here from all.c in its folder" in open_fmu(path).remarks[0]
+    assert rows(path)["m.y"].tolist() == [0.0, 0.0]
+
+
+def test_sources_whose_functions_have_a_prefix_run(good, tmp_path, version):
+    path = with_sources(good, tmp_path, version, source=f'{prefixed("m_", version)}#include "echo{version}.c"\n')
+    stubs = "".join(f"#define {name} m_{name}\n" for name in functions(Version(version))).encode()
+    path = copied(path, tmp_path / "n.fmu", {"sources/stubs.c": stubs + entries(path)["sources/stubs.c"]})
+    assert len(rows(path)) == 2
 
 
 def test_sources_that_do_not_compile_are_told_with_the_compilers_words(good, tmp_path, version):

@@ -92,19 +92,44 @@ def test_links_are_refused(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
-def test_two_entries_of_one_name_are_refused(tmp_path):
+def test_two_entries_of_one_name_are_refused_where_they_differ(tmp_path):
     path = tmp_path / "a.zip"
     with zipfile.ZipFile(path, "w") as made:
         made.writestr("a.txt", "1")
         made.writestr("a.txt", "2")
     assert refusal(path, tmp_path / "o") == (
-        "a.zip: found two entries of one name, a.txt; valid: an archive. Pack it again."
+        "a.zip: found two entries of one name with different bytes, a.txt; valid: an archive. Pack it again."
     )
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_file_that_stands_twice_in_an_archive_with_the_same_bytes_is_unpacked_and_told(tmp_path):
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        for name in ("b/", "a.txt", "b/", "b/c.txt", "a.txt"):
+            made.writestr(name, "1" if name.endswith("txt") else "")
+    told = ("the archive has a.txt more than once, with the same bytes",)
+    (tmp_path / "o").mkdir()
+    assert unpack.unpack(path, tmp_path / "o", "a.zip", VALID) == told
+    assert (tmp_path / "o" / "a.txt").read_text() == "1"
+    assert unpack.read(path, {"a.txt"}, "a.zip", VALID).remarks == told
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_entries_that_claim_to_be_equal_are_compared_byte_by_byte(tmp_path):
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("a.txt", "hello hello")
+        made.writestr("a.txt", "hello hello")
+    path.write_bytes(path.read_bytes().replace(b"hello hello", b"hello hallo", 1))
+    assert refusal(path, tmp_path / "o").startswith("a.zip: found a corrupt archive (Bad CRC-32 for file 'a.txt')")
 
 
 def test_files_can_be_read_without_unpacking_and_damage_to_others_is_noticed(tmp_path):
     path = archive(tmp_path / "a.zip", {"a.txt": "1", "b/": "", "b/c.txt": "hello hello"}, zipfile.ZIP_STORED)
-    assert unpack.read(path, {"a.txt", "x"}, "a.zip", VALID) == ({"a.txt", "b/c.txt"}, {"a.txt": b"1"})
+    found = unpack.read(path, {"a.txt", "x"}, "a.zip", VALID)
+    assert (found.names, found.files, found.remarks) == ({"a.txt", "b/c.txt"}, {"a.txt": b"1"}, ())
+    assert unpack.read_file(path, "b/c.txt") == b"hello hello"
     path.write_bytes(path.read_bytes().replace(b"hello hello", b"hello hallo"))
     with pytest.raises(RequestError) as error:
         unpack.read(path, {"a.txt"}, "a.zip", VALID)
@@ -137,6 +162,32 @@ def test_xml_that_is_not_well_formed_is_refused_with_its_line():
     assert xml_refusal(b"") == "a.xml, line 1: found XML that is not well-formed (Document is empty); valid: XML"
 
 
+@pytest.mark.parametrize("content", [b'<a b="%s"/>' % (b"x" * 11_000_000), b"<a>%s</a>" % (b"x" * 11_000_000)])
+def test_attributes_and_texts_may_be_long(content):
+    assert parse_xml(content, "a.xml", "XML").tag == "a"
+
+
+@pytest.mark.parametrize("depth", [257, 3000])
+@pytest.mark.parametrize("text", [b"", b"x" * 11_000_000])
+def test_documents_that_are_nested_too_deeply_are_refused(depth, text):
+    assert xml_refusal(text.join((b"<a>" * depth, b"</a>" * depth))) == (
+        "a.xml: found more than 256 elements inside each other; valid: XML"
+    )
+
+
+def test_documents_beyond_all_reason_are_refused(monkeypatch):
+    monkeypatch.setattr(unpack, "LARGEST_XML", 2**20)
+    assert xml_refusal(b" " * (3 * 2**20)) == "a.xml: found 3 MiB of XML; valid: at most 1 MiB of XML in one file"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_long_document_may_not_declare_entities_either(encoding):
+    text = f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a b="{"x" * 11_000_000}" c="&l9;"/>'
+    assert xml_refusal(text.encode(encoding)) == (
+        "a.xml: found a document type declaration (DTD), whose entities could expand without end; valid: XML"
+    )
+
+
 LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(12))
 
 
@@ -161,4 +212,4 @@ def test_what_lies_in_the_temporary_folder_does_not_matter(tmp_path, monkeypatch
     (place / "sources").symlink_to(tmp_path)
     monkeypatch.setattr("tempfile.tempdir", str(place))
     path = archive(tmp_path / "a.zip", {"sources/a.c": "1"})
-    assert unpack.read(path, {"sources/a.c"}, "a.zip", "an archive")[1] == {"sources/a.c": b"1"}
+    assert unpack.read(path, {"sources/a.c"}, "a.zip", "an archive").files == {"sources/a.c": b"1"}

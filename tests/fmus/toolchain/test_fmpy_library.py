@@ -8,17 +8,16 @@ import sys
 import pytest
 from lxml import etree
 
+from fmus.toolchain.description_breach import DescriptionBreach, as_phrase, breach_of
 from fmus.toolchain.fmpy_library import (
     C_HEADERS,
     FMI2_LOGGING_LIBRARY,
     SSP_SCHEMAS,
-    DescriptionBreach,
     FMU2Model,
     FMU2Slave,
     FMU3Model,
     FMU3Slave,
     ModelDescriptionError,
-    as_phrase,
     description_breaches,
     description_schema,
     read_model,
@@ -73,13 +72,20 @@ MODEL = """<?xml version="1.0"?>
 
 
 def model(version="2.0", more=""):
-    return read_model(MODEL.format(version=version, more=more).encode(), Version.FMI2)
+    return read_model(etree.fromstring(MODEL.format(version=version, more=more).encode()), Version.FMI2)
 
 
 def test_fmpys_reports_on_a_description_become_data():
     text = "The variable `n`{} is of type Integer and must have variability != `continuous`"
     assert description_breaches(model(), with_structure=False) == [
-        DescriptionBreach(text.format(" (line 4)"), text.format(""), line=4, concerns_variability=True)
+        DescriptionBreach(
+            report=text.format(" (line 4)"),
+            found=text.format(""),
+            line=4,
+            concerns_variability=True,
+            kind="The variable   is of type Integer and must have variability != .",
+            variable="n",
+        )
     ]
     others = description_breaches(model(more=' initial="exact"'), with_structure=False)[1:]
     assert [(b.found, b.line, b.concerns_variability) for b in others] == [
@@ -96,8 +102,38 @@ def test_lists_in_several_lines_and_later_versions_are_read():
 
 def test_what_fmpy_cannot_read_is_told_in_one_line():
     with pytest.raises(ModelDescriptionError, match="^[^\n]+$"):
-        read_model(MODEL.format(version="2.0", more="").replace('index="1"', 'index="7"').encode(), Version.FMI2)
+        read_model(
+            etree.fromstring(MODEL.format(version="2.0", more="").replace('index="1"', 'index="7"').encode()),
+            Version.FMI2,
+        )
     assert as_phrase('the "a"\n  of b.') == "the `a` of b"
+
+
+def test_a_display_unit_without_a_unit_is_a_breach_and_stops_nothing():
+    root = etree.fromstring(
+        MODEL.format(version="2.0", more="").replace("<Real/>", '<Real displayUnit="km"/>').encode()
+    )
+    found = description_breaches(read_model(root, Version.FMI2), with_structure=True)
+    assert [b.report for b in found if b.variable == "y"] == [
+        "The display unit `km` of variable `y` (line 6) has no unit"
+    ]
+
+
+def test_the_names_of_many_variables_in_a_report_are_cut():
+    found = breach_of("Expected {a, b, c, d, e} but was {}.")
+    assert (found.report, found.kind) == ("Expected {a, b, c and 2 more} but was {}", "Expected  but was .")
+
+
+def test_the_document_that_was_parsed_is_read_and_stays_as_it_is():
+    text = MODEL.format(version="2.0.4", more="").replace(
+        "<Real/>", "<Real/><Annotations>" + "x" * 11_000_000 + "</Annotations>"
+    )
+    text = text.replace('causality="output"><Real', 'causality="parameter" variability="constant"><Real')
+    root = etree.fromstring(text.encode(), etree.XMLParser(huge_tree=True))
+    found = read_model(root, Version.FMI2)
+    assert [(v.name, v.initial) for v in found.modelVariables] == [("n", "calculated"), ("y", "exact")]
+    assert root.get("fmiVersion") == "2.0.4"
+    assert root.find("ModelVariables")[1].get("initial") is None
 
 
 def test_the_solver_has_the_parts_that_ours_extends():

@@ -1,0 +1,111 @@
+"""The functions of FMI that a run calls of the library of an FMU; the others may be absent."""
+# pyright: basic
+# FMPy carries few types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+from components.interfaces.quantity import Type
+from components.interfaces.record import Variable
+from fmus.toolchain.fmpy_library import (
+    FMU2Model,
+    FMU2Slave,
+    FMU3Model,
+    FMU3Slave,
+    ModelDescription,
+    required_functions,
+)
+from fmus.toolchain.version import Version
+from fmus.unit_interface import Interface
+
+_LIFE: Final = {
+    Version.FMI2: (
+        "Instantiate",
+        "SetupExperiment",
+        "EnterInitializationMode",
+        "ExitInitializationMode",
+        "Terminate",
+        "FreeInstance",
+    ),
+    Version.FMI3: ("EnterInitializationMode", "ExitInitializationMode", "Terminate", "FreeInstance"),
+}
+_CO_SIMULATION: Final = {Version.FMI2: ("DoStep",), Version.FMI3: ("InstantiateCoSimulation", "DoStep")}
+_EVENT_MODE: Final = ("EnterEventMode", "UpdateDiscreteStates", "EnterStepMode")
+_MODEL_EXCHANGE: Final = {
+    Version.FMI2: ("EnterEventMode", "NewDiscreteStates", "EnterContinuousTimeMode", "SetTime"),
+    Version.FMI3: (
+        "InstantiateModelExchange",
+        "EnterEventMode",
+        "UpdateDiscreteStates",
+        "EnterContinuousTimeMode",
+        "SetTime",
+        "GetNumberOfContinuousStates",
+        "GetNumberOfEventIndicators",
+    ),
+}
+_STATES: Final = {
+    Version.FMI2: ("SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetNominalsOfContinuousStates"),
+    Version.FMI3: (
+        "SetContinuousStates",
+        "GetContinuousStates",
+        "GetContinuousStateDerivatives",
+        "GetNominalsOfContinuousStates",
+    ),
+}
+_ROLL_BACK: Final = {
+    Version.FMI2: ("GetFMUstate", "SetFMUstate", "FreeFMUstate"),
+    Version.FMI3: ("GetFMUState", "SetFMUState", "FreeFMUState"),
+}
+_FMI2_TYPES: Final = {
+    Type.FLOAT64: "Real",
+    Type.INT32: "Integer",
+    Type.ENUMERATION: "Integer",
+    Type.BOOLEAN: "Boolean",
+    Type.STRING: "String",
+}
+
+
+def all_functions(model: ModelDescription, version: Version) -> list[str]:
+    """All functions that FMI demands of the library of an FMU with the interface type that is used."""
+    classes = {Version.FMI2: (FMU2Slave, FMU2Model), Version.FMI3: (FMU3Slave, FMU3Model)}
+    return required_functions(classes[version][model.coSimulation is None], version)
+
+
+def known_function(version: Version) -> str:
+    """A function that the library of every FMU offers, by which a prefix of its names is recognised."""
+    return f"fmi{version}FreeInstance"
+
+
+def needed_functions(model: ModelDescription, version: Version, interface: Interface) -> frozenset[str]:
+    """Those that a run calls.
+
+    Args:
+        model: The model description.
+        version: The version of FMI.
+        interface: What is known of the unit before it runs.
+    """
+    names = [*_LIFE[version], *_access(version, interface)]
+    if model.coSimulation is not None:
+        names += _CO_SIMULATION[version]
+        names += _EVENT_MODE if interface.event_mode else ()
+        names += _ROLL_BACK[version] if interface.rolls_back else ()
+    else:
+        names += _MODEL_EXCHANGE[version]
+        names += _STATES[version] if model.numberOfContinuousStates else ()
+        names += ("GetEventIndicators",) if model.numberOfEventIndicators else ()
+        names += ("CompletedIntegratorStep",) if model.modelExchange.needsCompletedIntegratorStep else ()
+    return frozenset(f"fmi{version}{name}" for name in names)
+
+
+def _access(version: Version, interface: Interface) -> Iterable[str]:
+    for verb, variables in (("Set", (*interface.inputs, *interface.parameters)), ("Get", interface.outputs)):
+        yield from (f"{verb}{_type_name(variable, version)}" for variable in variables)
+
+
+def _type_name(variable: Variable, version: Version) -> Any:
+    kind = variable.quantity.type
+    if version == Version.FMI2:
+        return _FMI2_TYPES[kind]
+    return "Int64" if kind is Type.ENUMERATION else kind.value
