@@ -95,8 +95,13 @@ def needed_functions(model: ModelDescription, version: Version, interface: Inter
         names += _MODEL_EXCHANGE[version]
         names += _STATES[version] if model.numberOfContinuousStates else ()
         names += ("GetEventIndicators",) if model.numberOfEventIndicators else ()
-        names += ("CompletedIntegratorStep",) if model.modelExchange.needsCompletedIntegratorStep else ()
+        names += ("CompletedIntegratorStep",) if _notified(model.modelExchange) else ()
     return frozenset(f"fmi{version}{name}" for name in names)
+
+
+def _notified(model_exchange: Any) -> bool:
+    """Whether the FMU has to be notified of each step of the integrator."""
+    return bool(model_exchange.needsCompletedIntegratorStep)
 
 
 def _access(version: Version, interface: Interface) -> Iterable[str]:

@@ -242,11 +242,11 @@ def _large(content: bytes, where: str, valid: str) -> Any:
         if errors and errors[0].type_name == "ERR_RESOURCE_LIMIT":
             raise refuse(where, _TOO_DEEP, valid) from error
         raise _not_well_formed(error, errors, where, valid) from error
-    depth = 0
-    for event, _ in etree.iterwalk(root, ("start", "end")):
-        depth += 1 if event == "start" else -1
-        if depth > DEEPEST_XML:
-            raise refuse(where, _TOO_DEEP, valid)
+    level: list[Any] = [root]
+    for _ in range(DEEPEST_XML):
+        level = [child for element in level for child in element]
+    if level:
+        raise refuse(where, _TOO_DEEP, valid)
     return root
 
 

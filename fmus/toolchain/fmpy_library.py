@@ -163,7 +163,8 @@ def _model(root: Any) -> ModelDescription:
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr(MODEL_DESCRIPTION, "<empty/>")
-    etree.set_default_parser(etree.XMLParser(target=Parsed()))  # FMPy uses lxml's default parser, one per thread
+    parser = etree.XMLParser(target=Parsed())  # pyright: ignore[reportArgumentType] - only a part of it is needed
+    etree.set_default_parser(parser)  # FMPy uses lxml's default parser, one per thread
     try:
         return read_model_description(packed, validate=False)
     except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect

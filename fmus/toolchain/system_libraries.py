@@ -11,7 +11,6 @@ from components.interfaces.problem import listed
 
 DEBIAN_PACKAGES: Final = {
     "libblas.so.3": "libblas3",
-    "libboost_filesystem.so": "libboost-filesystem-dev",
     "libc++.so.1": "libc++1",
     "libc++abi.so.1": "libc++abi1",
     "libcrypto.so.1.1": "libssl1.1",
@@ -22,8 +21,8 @@ DEBIAN_PACKAGES: Final = {
     "libgfortran.so.3": "libgfortran3",
     "libgfortran.so.4": "libgfortran4",
     "libgfortran.so.5": "libgfortran5",
-    "libgomp.so.1": "libgomp1",
     "libGL.so.1": "libgl1",
+    "libgomp.so.1": "libgomp1",
     "libhdf5_serial.so.103": "libhdf5-103-1",
     "libhdf5_serial.so.310": "libhdf5-310",
     "liblapack.so.3": "liblapack3",

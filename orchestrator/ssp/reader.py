@@ -9,7 +9,7 @@ its file and line, all of it at once; `lenient` turns breaches of the standard w
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -81,8 +81,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     system = _system(units, assembly, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    _remark_on_undriven(assembly, known)
-    findings.remarks += enumeration_remarks(system)
+    findings.remarks += [*_undriven(assembly, known), *enumeration_remarks(system)]
     late = annotation is None and open_dependencies_close_a_loop(system)
     if late:
         findings.remarks.append(OPEN_LOOP)
@@ -127,13 +126,13 @@ def _system(
         return None
 
 
-def _remark_on_undriven(assembly: Assembly, annotation: ScenarioAnnotation) -> None:
-    """Add one remark on the inputs that nothing drives or sets."""
+def _undriven(assembly: Assembly, annotation: ScenarioAnnotation) -> Iterator[str]:
+    """One remark on the inputs that nothing drives or sets."""
     undriven = [str(one) for one in assembly.undriven if one.path not in annotation.held]
     if undriven:
         more = f" and {len(undriven) - _LISTED_INPUTS} others" if len(undriven) > _LISTED_INPUTS else ""
         listed = ", ".join(undriven[:_LISTED_INPUTS])
-        assembly.findings.remarks.append(f"inputs that nothing drives keep their start values: {listed}{more}")
+        yield f"inputs that nothing drives keep their start values: {listed}{more}"
 
 
 def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
+from fmus.reading.declared_variables import declared_variables
 from fmus.reading.description import read_description
 from fmus.toolchain.version import Version
 from tests.fmus.foreign import description2, description3, scalar
@@ -29,6 +30,7 @@ def refused(text, *, lenient=False):
 
 
 REMEDY = "Have the file corrected by its maker, or run it as it is with --lenient."
+ALLOWED = f"valid: what FMI 2.0 allows. {REMEDY}"
 
 
 def test_good_descriptions_are_read_without_a_remark():
@@ -196,6 +198,33 @@ def test_what_most_tools_accept_is_said_but_not_refused():
         "modelDescription.xml: ModelStructure/Outputs must have exactly one entry for each variable with"
         " causality=`output`",
     )
+
+
+def test_breaches_of_one_kind_are_told_once_by_a_lenient_reader():
+    variables = [scalar(f"u{i}", i, "input") for i in range(12)]
+    text = description2(variables).replace("<Real />", '<Real speed="1"/>')
+    assert read(text, lenient=True).remarks == (
+        "modelDescription.xml, line 6: Element 'Real', attribute 'speed': The attribute 'speed' is not allowed."
+        " (the same 11 more times, in line 7, 8, 9 and 8 more)",
+        "modelDescription.xml: Variable `u0` (line 6) has no start value (the same of `u1`, `u2`, `u3` and 8 more)",
+    )
+
+
+def test_a_parameter_that_is_constant_is_refused_and_left_alone_by_a_lenient_reader():
+    text = GOOD2.replace('causality="input"', 'causality="parameter" variability="constant"')
+    found = "The combination causality=`parameter` and variability=`constant` in variable `u`{} is not allowed"
+    assert refused(text) == [f"m.fmu, modelDescription.xml, line 6: found {found.format('')}; {ALLOWED}"]
+    lenient = read(text, lenient=True)
+    assert f"modelDescription.xml: {found.format(' (line 6)')}" in lenient.remarks
+    declared = declared_variables(lenient.root, lenient.model, Version.FMI2, {})
+    assert [v.variable.name for v in declared] == ["y"]
+
+
+def test_a_start_value_that_is_as_long_as_an_array_is_read():
+    long = Y.replace(
+        "/>", f' initial="exact" start="{"0.1234567 " * 1_200_000}"><Dimension start="1200000"/></Float64>'
+    )
+    assert len(read(GOOD3.replace(Y, long)).model.modelVariables[1].start) > 10_000_000
 
 
 def test_integers_without_a_variability_are_said_but_not_refused():

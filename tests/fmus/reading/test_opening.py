@@ -1,6 +1,7 @@
 """FMU files that cannot be trusted, or not be run here: each is refused with one message, before anything runs.
 
-Shows `fmus/reading/opening.py`, and with it `archive.py`, `library.py` and `recompile.py`.
+Shows `fmus/reading/opening.py`, and with it `archive.py`, `library.py`, `needed_functions.py` and `recompile.py`, and
+of the toolchain `function_library.py`.
 """
 
 from __future__ import annotations

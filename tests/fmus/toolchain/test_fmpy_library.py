@@ -1,4 +1,7 @@
-"""What is used of FMPy is there, its private parts too."""
+"""What is used of FMPy is there, its private parts too.
+
+With it `description_breach.py` and `description_repair.py`, which stand around it.
+"""
 
 from __future__ import annotations
 
