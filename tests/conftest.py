@@ -9,7 +9,7 @@ from hypothesis import settings
 
 from components import BLOCKS
 from components.interfaces.progress import SILENT
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS
 from orchestrator.command import main
 from orchestrator.scenario import catalogue
 
@@ -72,5 +72,5 @@ def macrostep(in_tmp_path, monkeypatch, capsys):
 def built_fmus():
     """The folder with all FMUs of both versions, built where `macrostep build` puts them."""
     folder = catalogue.built_folder()
-    catalogue.ensure_built([b for b in BLOCKS.values() if b.native], list(Version), folder, SILENT)
+    catalogue.ensure_built([b for b in BLOCKS.values() if b.native], WRITTEN_VERSIONS, folder, SILENT)
     return folder

@@ -21,7 +21,7 @@ from fmus.export.terminals import terminals_and_icons
 from fmus.lowering import lower
 from fmus.toolchain.archives import BUILD_DESCRIPTION, MODEL_DESCRIPTION
 from fmus.toolchain.platform_names import binary_path
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 
 _NAMESPACE: Final = uuid.UUID("7d1c4a9e-6a55-5e0c-9b6e-3f1a8c0f2d47")
 """The namespace of the tokens, in which the name of a token is the digest of an FMU's C sources."""
@@ -82,7 +82,7 @@ def _token(*generated: str) -> str:
     digest = hashlib.sha256()
     for text in generated:
         digest.update(text.encode() + b"\0")
-    for version in Version:
+    for version in WRITTEN_VERSIONS:
         for name, source in runtime_sources(version).items():
             digest.update(name.encode() + b"\0" + source + b"\0")
     return str(uuid.uuid5(_NAMESPACE, digest.hexdigest()))

@@ -16,7 +16,7 @@ from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface, SuggestedExperiment
 
 VALID_FMU: Final = (
-    f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange"
+    f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 1.0, 2.0 or 3.0, for Co-Simulation or Model Exchange"
 )
 """The valid files, as the part of a message."""
 INTERFACE_TYPES: Final = ("CoSimulation", "ModelExchange")
@@ -44,6 +44,8 @@ class Archive:
     """The paths of all files in it."""
     root: Any = None
     """The root element of its model description."""
+    negated: frozenset[str] = frozenset()
+    """Variables of FMI 1.0 whose values are the negative ones of those of the library."""
     library: str | None = None
     """The path of the library for this platform in it; None where it has none, so that its sources are compiled."""
     code: MachineCode = field(default_factory=MachineCode)

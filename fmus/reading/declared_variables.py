@@ -10,7 +10,7 @@ file declares its names as `flat`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
@@ -22,6 +22,7 @@ import numpy as np
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
+from fmus.toolchain.fmi1_description import negated_names
 from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
 
@@ -49,6 +50,8 @@ class DeclaredVariable:
     """Whether it is a structural parameter."""
     clocks: tuple[int, ...] = ()
     """Value references of the clocks that the variable belongs to."""
+    negated: bool = False
+    """Whether its value is the negative one of that of the library, as FMI 1.0 allows."""
 
 
 def declared_variables(
@@ -72,6 +75,7 @@ def declared_variables(
         lengths=_lengths(model, values),
         relative=_relative(root),
         starts=_starts(root),
+        negated=negated_names(root) if version == Version.FMI1 else frozenset(),
     )
     visible = [
         read(v)
@@ -82,7 +86,7 @@ def declared_variables(
         and not (v.variability == "constant" and v.causality != "output")  # what cannot change cannot be set either
     ]
     settable = [replace(read(v), causality="initial") for v in _settable(model)]
-    if version == Version.FMI2:
+    if version != Version.FMI3:
         visible, settable = list(_arrays(visible)), list(_arrays(settable))
     known = {v.variable.name for v in visible if v.causality != "output"}
     outputs = {v.variable.name: v.references for v in visible if v.causality == "output"}
@@ -131,9 +135,9 @@ def _is_second_name(variable: Any) -> bool:
     return variable.alias is not None and variable.causality != "output"
 
 
-def aliases(model: ModelDescription) -> dict[str, str]:
-    """The variable for which each alias of FMI 3.0 is another name."""
-    return {v.name: v.alias.name for v in model.modelVariables if v.alias is not None}
+def aliases(model: ModelDescription, negated: Collection[str] = ()) -> dict[str, str]:
+    """The variable for which each alias is another name; `negated` ones have another value."""
+    return {v.name: v.alias.name for v in model.modelVariables if v.alias is not None and v.name not in negated}
 
 
 def _length(given: Any, variable: Any) -> int:
@@ -155,6 +159,7 @@ def _declared_variable(
     lengths: Mapping[int, int],
     starts: Mapping[str, list[str]],
     relative: Mapping[str, bool],
+    negated: Collection[str],
 ) -> DeclaredVariable:
     """A variable with its shape and start value.
 
@@ -164,6 +169,7 @@ def _declared_variable(
         lengths: The lengths of arrays that are values of variables, by the value references of these.
         relative: Whether values are differences, for the variables that say so themselves.
         starts: The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names.
+        negated: The names of variables whose values are the negative ones of those of the library.
     """
     shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in variable.dimensions)
     if prod(shape) > LARGEST_ARRAY:
@@ -181,6 +187,7 @@ def _declared_variable(
         [variable.valueReference],
         structural=variable.causality == "structuralParameter",
         clocks=tuple(clock.valueReference for clock in variable.clocks or ()),
+        negated=variable.name in negated and quantity.type is not Type.BOOLEAN,
     )
 
 
@@ -270,7 +277,7 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]])
         else ()
     )
     expected = [tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape)]
-    alike = {(p.variable.quantity.type, p.variable.quantity.unit) for p in parts}
+    alike = {(p.variable.quantity.type, p.variable.quantity.unit, p.negated) for p in parts}
     if not shape or set(first) - {0, 1} or indices != expected or len(alike) > 1:
         yield from (part for _, part in elements)
         return

@@ -31,6 +31,7 @@ from fmus.toolchain.fmpy_library import (
 from fmus.toolchain.version import Version
 
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
+_VERSIONS: Final = "1.0, 2.0 or 3.0"
 _MOST: Final = 20
 """The number of problems of one kind that are listed; a longer list would give no more information."""
 
@@ -62,7 +63,8 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     root = parse_xml(content, place, "well-formed XML without a document type declaration")
     version, remark = _version(root, place, lenient=lenient)
     remarks = [remark] if remark else []
-    _refuse_other_interfaces(root, place)
+    if version != Version.FMI1:
+        _refuse_other_interfaces(root, place)
     by_schema = list(_schema_breaches(root, version))
     problems = [
         *(_meaningless(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)),
@@ -133,14 +135,14 @@ def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | No
     if root.tag != "fmiModelDescription" or named is None:
         valid = "`fmiModelDescription` with `fmiVersion`"
         raise refuse(place, f"a description of no FMU (its root is `{root.tag}`)", valid)
-    if named == "2.0" or re.fullmatch(r"3\.0(\.\d+)?(-.+)?", named):
+    if named in {"1.0", "2.0"} or re.fullmatch(r"3\.0(\.\d+)?(-.+)?", named):
         return Version(int(named[0])), None
     if named[:2] in {"2.", "3."}:
         text = f"FMI version {named}, read as {named[0]}.0"
         if named[0] == "3" or lenient:  # FMI promises that an importer of 3.0 can read later versions 3.x
             return Version(int(named[0])), f"{MODEL_DESCRIPTION}: {text}"
-        raise refuse(place, f"FMI version {named}", "2.0 or 3.0", _REMEDY)
-    raise refuse(place, f"FMI version {named}", "2.0 or 3.0", "Export it again as FMI 2.0 or 3.0.")
+        raise refuse(place, f"FMI version {named}", _VERSIONS, _REMEDY)
+    raise refuse(place, f"FMI version {named}", _VERSIONS, "Export it again as FMI 2.0 or 3.0.")
 
 
 def _refuse_other_interfaces(root: Any, place: str) -> None:
@@ -153,7 +155,7 @@ def _refuse_other_interfaces(root: Any, place: str) -> None:
 def _schema_breaches(root: Any, version: Version) -> Iterator[tuple[int, str]]:
     schema = description_schema(version)
     if not schema.validate(root):
-        yield from ((e.line, re.sub(r"\{[^}]*\}", "", e.message)) for e in schema.error_log)
+        yield from ((e.line, re.sub(r"\{(?:http|urn)[^}]*\}", "", e.message)) for e in schema.error_log)
 
 
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
@@ -172,7 +174,10 @@ def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
 def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
     """References to variables and types that are not there, with their lines."""
     variables = list(root.iterfind("ModelVariables/*"))
-    if version == Version.FMI2:
+    if version == Version.FMI1:
+        known = {element.get("name") for element in variables}
+        what, references = "variable", _fmi1_references(root)
+    elif version == Version.FMI2:
         known = {str(i + 1) for i in range(len(variables))}
         what, references = "variable number", _fmi2_references(root)
     else:
@@ -187,6 +192,11 @@ def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
     for element in root.iterfind("ModelVariables//*[@declaredType]"):
         if element.get("declaredType") not in types:
             yield element.sourceline, f"the declared type `{element.get('declaredType')}`, which is not there"
+
+
+def _fmi1_references(root: Any) -> Iterator[tuple[Any, str, Sequence[str]]]:
+    for element in root.iterfind("ModelVariables/ScalarVariable/DirectDependency/Name"):
+        yield element, "Name", [(element.text or "").strip()]
 
 
 def _fmi2_references(root: Any) -> Iterator[tuple[Any, str, Sequence[str]]]:

@@ -111,10 +111,12 @@ def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) 
     prefix = function_prefix(exports, archive.interface_type.modelIdentifier, known_function(version))
     missing = [n for n in all_functions(archive.description, version) if not {n, f"{prefix}{n}"} & exports]
     _refuse_incomplete(archive, missing, where)
-    remarks = [f"{archive.library}: the names of its functions begin with `{prefix}`"] if prefix else []
+    expected = f"{archive.interface_type.modelIdentifier}_" if version == Version.FMI1 else ""
+    surprising = f"{archive.library}: the names of its functions begin with `{prefix}`" if prefix else ""
+    remarks = [surprising] if surprising and prefix != expected else []
     if not missing:
         return remarks
-    if version == Version.FMI2 and not lenient:
+    if version != Version.FMI3 and not lenient:
         raise refuse(
             where, f"a library without {listed(missing, _LISTED)}", f"all functions of FMI {version}.0", _OVERLOOK
         )

@@ -10,6 +10,8 @@ from typing import Any, Final
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from fmus.toolchain.fmpy_library import (
+    FMU1Model,
+    FMU1Slave,
     FMU2Model,
     FMU2Slave,
     FMU3Model,
@@ -21,6 +23,7 @@ from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 
 _LIFE: Final = {
+    Version.FMI1: (),
     Version.FMI2: (
         "Instantiate",
         "SetupExperiment",
@@ -31,9 +34,14 @@ _LIFE: Final = {
     ),
     Version.FMI3: ("EnterInitializationMode", "ExitInitializationMode", "Terminate", "FreeInstance"),
 }
-_CO_SIMULATION: Final = {Version.FMI2: ("DoStep",), Version.FMI3: ("InstantiateCoSimulation", "DoStep")}
+_CO_SIMULATION: Final = {
+    Version.FMI1: ("InstantiateSlave", "InitializeSlave", "DoStep", "TerminateSlave", "FreeSlaveInstance"),
+    Version.FMI2: ("DoStep",),
+    Version.FMI3: ("InstantiateCoSimulation", "DoStep"),
+}
 _EVENT_MODE: Final = ("EnterEventMode", "UpdateDiscreteStates", "EnterStepMode")
 _MODEL_EXCHANGE: Final = {
+    Version.FMI1: ("InstantiateModel", "Initialize", "EventUpdate", "SetTime", "Terminate", "FreeModelInstance"),
     Version.FMI2: ("EnterEventMode", "NewDiscreteStates", "EnterContinuousTimeMode", "SetTime"),
     Version.FMI3: (
         "InstantiateModelExchange",
@@ -46,6 +54,7 @@ _MODEL_EXCHANGE: Final = {
     ),
 }
 _STATES: Final = {
+    Version.FMI1: ("SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetNominalContinuousStates"),
     Version.FMI2: ("SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetNominalsOfContinuousStates"),
     Version.FMI3: (
         "SetContinuousStates",
@@ -55,6 +64,7 @@ _STATES: Final = {
     ),
 }
 _ROLL_BACK: Final = {
+    Version.FMI1: (),
     Version.FMI2: ("GetFMUstate", "SetFMUstate", "FreeFMUstate"),
     Version.FMI3: ("GetFMUState", "SetFMUState", "FreeFMUState"),
 }
@@ -69,13 +79,22 @@ _FMI2_TYPES: Final = {
 
 def all_functions(model: ModelDescription, version: Version) -> list[str]:
     """All functions that FMI demands of the library of an FMU with the interface type that is used."""
-    classes = {Version.FMI2: (FMU2Slave, FMU2Model), Version.FMI3: (FMU3Slave, FMU3Model)}
+    classes = {
+        Version.FMI1: (FMU1Slave, FMU1Model),
+        Version.FMI2: (FMU2Slave, FMU2Model),
+        Version.FMI3: (FMU3Slave, FMU3Model),
+    }
     return required_functions(classes[version][model.coSimulation is None], version)
 
 
 def known_function(version: Version) -> str:
     """A function that the library of every FMU offers, by which a prefix of its names is recognised."""
-    return f"fmi{version}FreeInstance"
+    return f"{function_names(version)}GetReal" if version == Version.FMI1 else f"fmi{version}FreeInstance"
+
+
+def function_names(version: Version) -> str:
+    """How the names of all functions begin; in FMI 1.0 the model identifier stands before it."""
+    return "fmi" if version == Version.FMI1 else f"fmi{version}"
 
 
 def needed_functions(model: ModelDescription, version: Version, interface: Interface) -> frozenset[str]:
@@ -96,7 +115,7 @@ def needed_functions(model: ModelDescription, version: Version, interface: Inter
         names += _STATES[version] if model.numberOfContinuousStates else ()
         names += ("GetEventIndicators",) if model.numberOfEventIndicators else ()
         names += ("CompletedIntegratorStep",) if _notified(model.modelExchange) else ()
-    return frozenset(f"fmi{version}{name}" for name in names)
+    return frozenset(f"{function_names(version)}{name}" for name in names)
 
 
 def _notified(model_exchange: Any) -> bool:
@@ -111,6 +130,6 @@ def _access(version: Version, interface: Interface) -> Iterable[str]:
 
 def _type_name(variable: Variable, version: Version) -> Any:
     kind = variable.quantity.type
-    if version == Version.FMI2:
+    if version != Version.FMI3:
         return _FMI2_TYPES[kind]
     return "Int64" if kind is Type.ENUMERATION else kind.value

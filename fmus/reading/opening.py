@@ -69,6 +69,7 @@ def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
         _interface(description, variables),
         references={v.variable.name: v.references for v in variables},
         structural=tuple(v.variable.name for v in variables if v.structural),
+        negated=frozenset(v.variable.name for v in variables if v.negated),
         clocks_of={v.variable.name: frozenset(v.clocks) for v in variables if v.clocks},
         remarks=(*content.remarks, *description.remarks),
         files=content.names,
@@ -106,7 +107,7 @@ def _interface(description: Description, variables: list[DeclaredVariable]) -> I
         rolls_back=_rolls_back(model),
         event_mode=description.version == Version.FMI3 and bool(getattr(model.coSimulation, "hasEventMode", False)),
         clocks=clocks(description.root),
-        aliases=aliases(model),
+        aliases=aliases(model, [v.variable.name for v in variables if v.negated]),
         undeclared=_undeclared(model, outputs),
         initials=tuple(initials),
     )

@@ -35,7 +35,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import fmpy
 from fmpy import calloc, fmi1, fmi2, fmi3, free, freeLibrary, read_model_description
-from fmpy.fmi1 import FMICallException
+from fmpy.fmi1 import (
+    FMICallException,
+    fmi1CallbackAllocateMemoryTYPE,
+    fmi1CallbackFreeMemoryTYPE,
+    fmi1CallbackFunctions,
+)
 from fmpy.fmi2 import (
     fmi2CallbackAllocateMemoryTYPE,
     fmi2CallbackFreeMemoryTYPE,
@@ -51,13 +56,14 @@ from fmpy.fmi3 import (
     fmi3IntervalQualifier,
     fmi3ValueReference,
 )
-from fmpy.model_description import ModelDescription
+from fmpy.model_description import ModelDescription, Unknown
 from fmpy.validation import validate_model_description
 from lxml import etree
 
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.description_breach import DescriptionBreach, as_phrase, breach_of
 from fmus.toolchain.description_repair import contradictions_with_initial, named_version, separate_by_single_blanks
+from fmus.toolchain.fmi1_description import complete
 from fmus.toolchain.function_library import FunctionLibrary
 from fmus.toolchain.version import Version
 
@@ -69,6 +75,8 @@ __all__ = [
     "FMI2_LOGGING_LIBRARY",
     "SSP_SCHEMAS",
     "FMICallException",
+    "FMU1Model",
+    "FMU1Slave",
     "FMU2Model",
     "FMU2Slave",
     "FMU3Model",
@@ -79,6 +87,9 @@ __all__ = [
     "calloc",
     "description_breaches",
     "description_schema",
+    "fmi1CallbackAllocateMemoryTYPE",
+    "fmi1CallbackFreeMemoryTYPE",
+    "fmi1CallbackFunctions",
     "fmi2CallbackAllocateMemoryTYPE",
     "fmi2CallbackFreeMemoryTYPE",
     "fmi2CallbackFunctions",
@@ -113,7 +124,8 @@ It is not there for every platform.
 @cache
 def description_schema(version: Version) -> etree.XMLSchema:
     """The schema of modelDescription.xml."""
-    return etree.XMLSchema(file=str(_PACKAGE / "schema" / f"fmi{version}" / f"fmi{version}ModelDescription.xsd"))
+    number = "" if version == Version.FMI1 else version
+    return etree.XMLSchema(file=str(_PACKAGE / "schema" / f"fmi{version}" / f"fmi{number}ModelDescription.xsd"))
 
 
 @cache
@@ -166,12 +178,15 @@ def _model(root: Any) -> ModelDescription:
     parser = etree.XMLParser(target=Parsed())  # pyright: ignore[reportArgumentType] - only a part of it is needed
     etree.set_default_parser(parser)  # FMPy uses lxml's default parser, one per thread
     try:
-        return read_model_description(packed, validate=False)
+        model = read_model_description(packed, validate=False)
+        if model.fmiVersion == "1.0":
+            complete(model, root, Unknown)
     except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
         reason = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
         raise ModelDescriptionError(as_phrase(reason)) from error
     finally:
         etree.set_default_parser(None)
+    return model
 
 
 def description_breaches(model: ModelDescription, *, with_structure: bool) -> list[DescriptionBreach]:
@@ -195,20 +210,26 @@ def description_breaches(model: ModelDescription, *, with_structure: bool) -> li
 
 
 def required_functions(fmu_class: type, version: Version) -> list[str]:
-    """The functions of FMI that FMPy looks up in the library of an FMU: the names of the methods of its class."""
+    """The functions of FMI that FMPy looks up in the library of an FMU: the names of the methods of its class.
+
+    Those of FMI 1.0 are without the model identifier that stands before them.
+    """
     prefix = f"fmi{version}"
-    return [name for name in dir(fmu_class) if name.startswith(prefix) and name[len(prefix) :][:1].isupper()]
+    names = [name for name in dir(fmu_class) if name.startswith(prefix) and name[len(prefix) :][:1].isupper()]
+    return [f"fmi{name[len(prefix) :]}" for name in names] if version == Version.FMI1 else names
 
 
 class _AnyFunctions:
     """A class of FMPy that takes libraries which lack functions, and ones whose names have a prefix."""
 
     def __init__(self, function_prefix: str, **arguments: Any) -> None:
-        self.function_prefix = function_prefix
+        self._function_prefix = function_prefix
         super().__init__(**arguments)
 
     def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
-        self.dll = FunctionLibrary(self.dll, self.function_prefix, lambda name: FMICallException(name, fmi3Error))
+        own = f"{self.modelIdentifier}_" if isinstance(self, fmi1.FMU1Slave | fmi1.FMU1Model) else ""
+        absent = lambda name: FMICallException(name, fmi3Error)  # noqa: E731 - one line
+        self.dll = FunctionLibrary(self.dll, self._function_prefix, absent, own_prefix=own)
         super()._loadFunctions()  # type: ignore[misc]
 
 
@@ -217,7 +238,13 @@ class FMU1Slave(_AnyFunctions, fmi1.FMU1Slave):
 
 
 class FMU1Model(_AnyFunctions, fmi1.FMU1Model):
-    """An FMI 1.0 Model Exchange FMU."""
+    """An FMI 1.0 Model Exchange FMU, with the modes of FMI 2.0, which it does not know."""
+
+    def enterEventMode(self) -> None:  # noqa: N802 - FMI's name
+        """Nothing: events are updated at any time."""
+
+    def enterContinuousTimeMode(self) -> None:  # noqa: N802
+        """Nothing."""
 
 
 class FMU2Slave(_AnyFunctions, fmi2.FMU2Slave):

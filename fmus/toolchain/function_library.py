@@ -16,14 +16,16 @@ class FunctionLibrary(CDLL):
         library: The library.
         prefix: What stands before the names of its functions.
         absent: The error of a call of a function that it lacks, by the name of the function.
+        own_prefix: What FMPy puts before the names that it looks up.
     """
 
-    def __init__(self, library: CDLL, prefix: str, absent: Callable[[str], Exception]) -> None:
+    def __init__(self, library: CDLL, prefix: str, absent: Callable[[str], Exception], *, own_prefix: str = "") -> None:
         super().__init__(library._name, handle=library._handle)  # noqa: SLF001 - ctypes has no public name for them
-        self._prefix, self._absent = prefix, absent
+        self._prefix, self._absent, self._own_prefix = prefix, absent, own_prefix
 
     def __getitem__(self, name: Any) -> Any:
         """A function by its name in FMI; one that is absent can be looked up, but not be called."""
+        name = name.removeprefix(self._own_prefix)
         for candidate in (f"{self._prefix}{name}", name):
             try:
                 return super().__getitem__(candidate)

@@ -37,7 +37,7 @@ def binary_path(version: Version, identifier: str) -> str:
         identifier: The model identifier.
     """
     known = platform_tuple()
-    folder = _FMI2_FOLDERS.get(known, known) if version is Version.FMI2 else known
+    folder = known if version is Version.FMI3 else _FMI2_FOLDERS.get(known, known)
     return f"binaries/{folder}/{identifier}{_SUFFIXES.get(_system(), '.so')}"
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from components.interfaces.quantity import DTYPES, Type
-from fmus.toolchain.fmpy_library import FMU2Model, FMU2Slave, FMU3Model, FMU3Slave
+from fmus.toolchain.fmpy_library import FMU1Model, FMU1Slave, FMU2Model, FMU2Slave, FMU3Model, FMU3Slave
 
 
 class NativeAccess(NamedTuple):
@@ -45,6 +45,23 @@ class FmiApi:
     """The name of the text by which a library recognises its modelDescription.xml, in this version of FMI."""
 
 
+FMI1_API: Final = FmiApi(
+    prefix="fmi",
+    co_simulation=FMU1Slave,
+    model_exchange=FMU1Model,
+    access={
+        Type.FLOAT64: NativeAccess("Real", np.float64),
+        Type.INT32: NativeAccess("Integer", np.int32),
+        Type.BOOLEAN: NativeAccess("Boolean", np.int8),
+        Type.ENUMERATION: NativeAccess("Integer", np.int32),
+        Type.STRING: NativeAccess("String", np.object_),
+    },
+    counts_values=False,
+    get_state="",  # FMI 1.0 saves no states
+    set_state="",
+    free_state="",
+    token="GUID",  # noqa: S106 - no secret
+)
 FMI2_API: Final = FmiApi(
     prefix="fmi2",
     co_simulation=FMU2Slave,

@@ -133,7 +133,8 @@ class FmuUnit(Unit):
             self.messages.append(message.decode("utf-8", "replace"))
 
     def _value_calls(self) -> ValueCalls:
-        return ValueCalls(self._fmu, self.api, self._component, self._archive.references)
+        archive = self._archive
+        return ValueCalls(self._fmu, self.api, self._component, archive.references, archive.negated)
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:

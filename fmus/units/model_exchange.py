@@ -19,6 +19,7 @@ from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.cvode_integrator import CvodeIntegrator, IntegrationError
+from fmus.units.fmi1_unit import Fmi1Unit
 from fmus.units.fmu_unit import FmuUnit
 from fmus.units.unit import WHOLE_TIME, Column, EndRequested, Horizon, TypedColumns, UnitError, carry_out
 
@@ -32,7 +33,7 @@ _SAME_TIME: Final = 1e-12
 
 
 class ModelExchangeUnit(FmuUnit):
-    """What the Model Exchange units of both versions share; for the integrator, a unit is its `ContinuousModel`."""
+    """What the Model Exchange units of all versions share; for the integrator, a unit is its `ContinuousModel`."""
 
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive)
@@ -213,6 +214,54 @@ class ModelExchangeUnit(FmuUnit):
             self._integrator.close()
             self._integrator = None
         super().close()
+
+
+class Model1Unit(ModelExchangeUnit, Fmi1Unit):
+    """An FMI 1.0 Model Exchange FMU, which has no modes: an event is one call that updates everything."""
+
+    _initial_event: tuple[bool, bool, bool, bool, bool, float] | None = None
+
+    @override
+    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+        self._check("the time was refused", self._fmu.setTime, horizon.start)
+        super()._enter(parameters, horizon)
+
+    @override
+    def _initialize(self) -> None:
+        tolerance = self._told.tolerance
+        arguments = (b"\x00", 0.0) if tolerance is None else (b"\x01", tolerance)
+        self._initial_event = self._check("the initialization failed", self._fmu.initialize, *arguments)
+
+    @override
+    def _tell_stop(self, failure: UnitError) -> None:
+        raise failure
+
+    @override
+    def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
+        event, self._initial_event = self._initial_event or self._fmu.eventUpdate(), None
+        converged, _, states_changed, terminate, defined, following = event
+        return not converged, terminate, False, states_changed, defined, following
+
+    @override
+    def get_derivatives(self, dx: Any, n: int) -> None:
+        self._fmu.getDerivatives(dx, n)
+
+    @override
+    def get_nominals(self, x: Any, n: int) -> None:
+        self._fmu.getNominalContinuousStates(x, n)
+
+    @override
+    def _count(self) -> tuple[int, int]:
+        description = self._archive.description
+        return description.numberOfContinuousStates, description.numberOfEventIndicators
+
+    @override
+    def _completed_step(self) -> bool:
+        return bool(self._fmu.completedIntegratorStep())
+
+    @override
+    def _free_instance(self) -> None:
+        self._fmu.fmi1FreeModelInstance(self._fmu.component)
 
 
 class Model2Unit(ModelExchangeUnit, Fmu2Unit):

@@ -9,7 +9,7 @@ several times faster than to convert arguments on each call.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, Final, Literal, TypeAlias
 
@@ -40,11 +40,19 @@ class ValueCalls:
         api: The version of FMI.
         component: Address of the instance.
         references: Value references of each variable, one per element or one in all.
+        negated: Variables whose values are the negative ones of those of the library.
     """
 
-    def __init__(self, fmu: Any, api: FmiApi, component: int, references: Mapping[str, list[int]]) -> None:
+    def __init__(
+        self,
+        fmu: Any,
+        api: FmiApi,
+        component: int,
+        references: Mapping[str, list[int]],
+        negated: Collection[str] = (),
+    ) -> None:
         self._fmu, self._api, self._component = fmu, api, component
-        self._references = references
+        self._references, self._negated = references, negated
         self._alive: list[Any] = []
         """Arrays whose addresses the prepared calls contain."""
 
@@ -59,7 +67,8 @@ class ValueCalls:
         references = np.array([ref for v in variables for ref in self._references[v.name]], dtype=np.uint32)
         if not kind.is_number:
             return self._text_mover(direction, kind, references, column)
-        shared = column.dtype == native and column.flags.c_contiguous
+        signs = self._signs(variables, native)
+        shared = column.dtype == native and column.flags.c_contiguous and signs is None
         values = column if shared else np.zeros(column.size, dtype=native)
         self._alive += [references, values]
         counts = [values.size] if self._api.counts_values else []
@@ -69,15 +78,21 @@ class ValueCalls:
             return call
 
         def converted_set() -> object:
-            values[:] = column
+            values[:] = column if signs is None else column * signs
             return call()
 
         def converted_get() -> object:
             status = call()
-            column[:] = values
+            column[:] = values if signs is None else values * signs
             return status
 
         return converted_set if direction == "Set" else converted_get
+
+    def _signs(self, variables: Sequence[Variable], native: type[np.generic]) -> Column | None:
+        """What the values of each element are multiplied by; None where it is 1."""
+        if not self._negated or not any(v.name in self._negated for v in variables):
+            return None
+        return np.array([-1 if v.name in self._negated else 1 for v in variables for _ in range(v.size)], dtype=native)
 
     def _text_mover(self, direction: AccessVerb, kind: Type, references: Column, column: Column) -> Operation:
         """The same for String and Binary, whose values are copied one by one."""

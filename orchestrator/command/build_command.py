@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS
 from orchestrator.command.console import out, working
 from orchestrator.command.shared_options import Fmi
 
@@ -26,7 +26,7 @@ def build(
     from components import BLOCKS  # noqa: PLC0415
     from orchestrator.scenario import catalogue  # noqa: PLC0415
 
-    versions = [fmi.version] if fmi else list(Version)
+    versions = [fmi.version] if fmi else WRITTEN_VERSIONS
     target = folder or catalogue.built_folder()
     with working() as progress:
         if models:

@@ -123,7 +123,7 @@ class UnitSource(ABC):
 
     @property
     def is_fmi2(self) -> bool:
-        """Whether it is an FMU of FMI 2.0 as its file has it, whose arrays are scalar variables."""
+        """Whether it is an FMU of FMI 2.0, or 1.0, as its file has it, whose arrays are scalar variables."""
         return False
 
     @property
@@ -253,7 +253,7 @@ class Fmu(UnitSource):
     @property
     @override
     def is_fmi2(self) -> bool:
-        return self.archive.version is Version.FMI2
+        return self.archive.version is not Version.FMI3
 
     @property
     @override

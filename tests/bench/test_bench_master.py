@@ -12,7 +12,7 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from fmus.export.build import build
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
@@ -119,7 +119,7 @@ class TrivialController(Block[FourIn, Two, TwoOut]):
         return Two(a=-u.u.a, b=-u.u.b)
 
 
-@pytest.fixture(scope="module", params=list(Version), ids=lambda v: f"fmi{v}")
+@pytest.fixture(scope="module", params=WRITTEN_VERSIONS, ids=lambda v: f"fmi{v}")
 def trivial(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("built")
     kinds = {"plant": TrivialPlant, "traffic": TrivialTraffic, "controller": TrivialController}

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from components import BLOCKS
-from fmus import Version
 from fmus.modelica.flat import library
+from fmus.toolchain.version import WRITTEN_VERSIONS
 from orchestrator import Options, RequestError, load, metrics, shown, simulate
 
 README = (Path(__file__).parents[2] / "fmus" / "README.md").read_text(encoding="utf-8")
@@ -85,7 +85,7 @@ def test_the_papers_controller_keeps_another_vehicle_on_the_road(plant):
     assert found["path_error_max"] < 0.5
 
 
-@pytest.mark.parametrize("mode", ["blocks", *Version])
+@pytest.mark.parametrize("mode", ["blocks", *WRITTEN_VERSIONS])
 def test_the_bicycle_in_modelica_is_ours_over_the_whole_run(built_fmus, mode):
     _, ours = drive("bicycle", mode)
     made, theirs = drive(BICYCLE, mode)

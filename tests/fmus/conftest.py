@@ -12,7 +12,7 @@ from components import BLOCKS
 from components.interfaces.block import Block
 from components.interfaces.progress import SILENT
 from fmus.export.build import build_all
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from orchestrator.scenario.catalogue import default_values
 from tests.fmus.fmu_driver import FmuDriver
 
@@ -59,9 +59,11 @@ def start_of() -> Callable[[str], dict[str, Any]]:
 @pytest.fixture(scope="session")
 def built(built_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Mapping[tuple[str, Version], Path]:
     """All blocks of the catalogue in both versions, by name and version; those with start values of our own anew."""
-    requests = [(BLOCKS[name], version, OWN[name]) for name in OWN for version in Version]
+    requests = [(BLOCKS[name], version, OWN[name]) for name in OWN for version in WRITTEN_VERSIONS]
     made = build_all(requests, tmp_path_factory.mktemp("built"), SILENT)
-    found = {(n, v): built_fmus / f"fmi{v}" / f"{n}.fmu" for n, b in BLOCKS.items() if b.native for v in Version}
+    found = {
+        (n, v): built_fmus / f"fmi{v}" / f"{n}.fmu" for n, b in BLOCKS.items() if b.native for v in WRITTEN_VERSIONS
+    }
     return found | {(block.name, version): b.path for (block, version, _), b in zip(requests, made, strict=True)}
 
 

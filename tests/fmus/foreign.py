@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 import fmpy
-from fmpy import fmi2, fmi3
+from fmpy import fmi1, fmi2, fmi3
 
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.platform_names import binary_path
@@ -22,15 +22,17 @@ from fmus.toolchain.version import Version
 C = Path(__file__).parent / "c"
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 _KINDS = {
+    Version.FMI1: (fmi1.FMU1Slave, fmi1.FMU1Model),
     Version.FMI2: (fmi2.FMU2Slave, fmi2.FMU2Model),
     Version.FMI3: (fmi3.FMU3Slave, fmi3.FMU3Model, fmi3.FMU3ScheduledExecution),
 }
 
 
 def functions(version: Version) -> list[str]:
-    """The names of all functions of FMI."""
+    """The names of all functions of FMI; those of FMI 1.0 for the model `m`."""
     names = {n for kind in _KINDS[version] for n, _ in inspect.getmembers(kind) if n.startswith(f"fmi{version}")}
-    return sorted(n for n in names if n[4].isupper())
+    found = sorted(n for n in names if n[4].isupper())
+    return [f"m_fmi{name[4:]}" for name in found] if version == Version.FMI1 else found
 
 
 @cache
@@ -64,6 +66,39 @@ def pack(path: Path, version: Version, description: str, binary: Path | None, **
         for name, content in files.items():
             archive.writestr(name.replace("__", "/").replace("_txt", ".txt"), content)
     return path
+
+
+SLAVE1 = "<Implementation><CoSimulation_StandAlone><Capabilities/></CoSimulation_StandAlone></Implementation>"
+
+
+def description1(
+    variables: Sequence[str],
+    *,
+    implementation: str = SLAVE1,
+    guid: str = "g",
+    counts: tuple[int, int] = (0, 0),
+    before: str = "",
+) -> str:
+    """An FMI 1.0 model description, of Co-Simulation; `counts` are those of states and event indicators."""
+    numbers = f'numberOfContinuousStates="{counts[0]}" numberOfEventIndicators="{counts[1]}"'
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="1.0" modelName="m" modelIdentifier="m" guid="{guid}" {numbers}>
+{before}
+<ModelVariables>
+{_lines(variables)}
+</ModelVariables>
+{implementation}
+</fmiModelDescription>
+"""
+
+
+def scalar1(name: str, reference: int, kind: str = "Real", *, depends: str | None = None, **attributes: str) -> str:
+    """A ScalarVariable of FMI 1.0; attributes of the type after `of_`, and the inputs that an output depends on."""
+    of = " ".join(f'{n[3:]}="{v}"' for n, v in attributes.items() if n.startswith("of_"))
+    own = " ".join(f'{n}="{v}"' for n, v in attributes.items() if not n.startswith("of_"))
+    names = "".join(f"<Name>{name}</Name>" for name in (depends or "").split())
+    direct = "" if depends is None else f"<DirectDependency>{names}</DirectDependency>"
+    return f'<ScalarVariable name="{name}" valueReference="{reference}" {own}><{kind} {of}/>{direct}</ScalarVariable>'
 
 
 def description2(

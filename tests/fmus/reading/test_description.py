@@ -52,8 +52,9 @@ def test_good_descriptions_are_read_without_a_remark():
         ),
         ("<html/>", "m.fmu, modelDescription.xml: found a description of no FMU (its root is `html`)"),
         (
-            '<fmiModelDescription fmiVersion="1.0"/>',
-            "m.fmu, modelDescription.xml: found FMI version 1.0; valid: 2.0 or 3.0. Export it again as FMI 2.0 or 3.0.",
+            '<fmiModelDescription fmiVersion="4.0"/>',
+            "m.fmu, modelDescription.xml: found FMI version 4.0; valid: 1.0, 2.0 or 3.0."
+            " Export it again as FMI 2.0 or 3.0.",
         ),
         (
             GOOD3.replace("CoSimulation", "ScheduledExecution"),
@@ -145,7 +146,7 @@ def test_variables_without_a_name_or_a_value_reference_are_refused():
         ),
         (
             GOOD2.replace('fmiVersion="2.0"', 'fmiVersion="2.0.4"'),
-            "modelDescription.xml: found FMI version 2.0.4; valid: 2.0 or 3.0",
+            "modelDescription.xml: found FMI version 2.0.4; valid: 1.0, 2.0 or 3.0",
             None,
         ),
     ],

@@ -192,7 +192,7 @@ def test_an_fmu_that_breaks_a_rule_runs_leniently_and_a_note_says_which(macroste
         (None, "some.fmu: found an archive without modelDescription.xml"),
         ("<fmi", "some.fmu, modelDescription.xml, line 1: found XML that is not well-formed"),
         ("<html/>", "found a description of no FMU (its root is `html`)"),
-        ('<fmiModelDescription fmiVersion="1.0"/>', "found FMI version 1.0; valid: 2.0 or 3.0"),
+        ('<fmiModelDescription fmiVersion="0.9"/>', "found FMI version 0.9; valid: 1.0, 2.0 or 3.0"),
         ('<fmiModelDescription fmiVersion="2.0"/>', "found no interface type; valid: Co-Simulation or Model Exchange"),
     ],
 )

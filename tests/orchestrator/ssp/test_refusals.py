@@ -233,7 +233,7 @@ def test_components_that_cannot_be_used(tmp_path, files):
         "line 12: component `f`: found no source; valid: the path of an FMU or SSP in the archive. Give it one.",
         "line 15: found a second element `g`; valid: names of their own",
         "line 7: component `b`, broken.fmu: found a file that is no zip archive; valid: an FMU: a zip archive with"
-        " modelDescription.xml, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange",
+        " modelDescription.xml, FMI 1.0, 2.0 or 3.0, for Co-Simulation or Model Exchange",
         "line 13: component `g`: found no ModelExchange in plain.fmu; valid: CoSimulation",
     ]
 
@@ -340,7 +340,7 @@ def test_parameter_sets_inside_components_that_are_no_archives(tmp_path, files):
     archive = "ParameterBinding: found a file that is no zip archive; valid: a component that is a zip archive"
     assert read(tmp_path, {"resources/bad.fmu": "no archive", "inner.ssd": ssd("")}, whole) == [
         "line 5: component `a`, bad.fmu: found a file that is no zip archive; valid: an FMU: a zip archive with"
-        " modelDescription.xml, FMI 2.0 or 3.0, for Co-Simulation or Model Exchange",
+        " modelDescription.xml, FMI 1.0, 2.0 or 3.0, for Co-Simulation or Model Exchange",
         f"line 6: {archive}",
         f"line 7: {archive}",
     ]

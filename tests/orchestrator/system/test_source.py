@@ -8,7 +8,7 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.sockets import PLANT
-from fmus.toolchain.version import Version
+from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from fmus.units.block_unit import BlockUnit
 from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.isolated_unit import IsolatedUnit
@@ -27,7 +27,7 @@ def in_process():
     return InProcess(BLOCKS["bicycle"], {"m": 2000.0})
 
 
-@pytest.fixture(params=list(Version), ids="fmi{}".format)
+@pytest.fixture(params=WRITTEN_VERSIONS, ids="fmi{}".format)
 def fmu(request, built_fmus):
     return Fmu(built_fmus / f"fmi{request.param}" / "bicycle.fmu", {"m": 2100.0})
 
