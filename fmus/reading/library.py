@@ -17,7 +17,7 @@ from fmus.reading.archive import Archive
 from fmus.reading.needed_functions import all_functions, known_function, needed_functions
 from fmus.reading.recompile import compile_library, declared_sources
 from fmus.reading.unpack import read_file
-from fmus.toolchain.binaries import MachineCode, machine_code
+from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
 from fmus.toolchain.fmpy_library import freeLibrary
 from fmus.toolchain.function_library import function_prefix
 from fmus.toolchain.platform_names import binary_path, in_words, platform_tuple
@@ -47,8 +47,9 @@ def with_library(archive: Archive, *, lenient: bool) -> Archive:
     if path not in archive.files:
         return _noted(archive, _compiled(archive, ""))
     code = machine_code(read_file(archive.path, path))
-    if platform_tuple() not in code.platforms:
-        return _noted(archive, _compiled(archive, code.problem or f"a library for {' and '.join(code.platforms)}"))
+    other = f"a library for {' and '.join(code.platforms)}" if platform_tuple() not in code.platforms else ""
+    if other and (code.platforms or declared_sources(archive) is not None):
+        return _noted(archive, _compiled(archive, code.problem or other))
     archive = replace(archive, library=path, code=code)
     return archive if code.exports is None else _noted(archive, *_function_remarks(archive, code.exports, lenient))
 
@@ -89,8 +90,7 @@ def _without_library(archive: Archive, unusable: str) -> RequestError:
     """Why an FMU that has no sources cannot run on this platform."""
     place, where = _place(archive), str(archive.path)
     if unusable:
-        remedy = _GIT_LFS if "Git LFS" in unusable else "Ask its maker for a binary for this platform, or the sources."
-        return refuse(f"{where}, {place}", unusable, f"a shared library for {platform_tuple()}", remedy)
+        return _no_library(f"{where}, {place}", unusable)
     folder, name = posixpath.split(place)
     suffix = posixpath.splitext(name)[1]
     others = [n.rpartition("/")[2] for n in sorted(archive.files) if posixpath.dirname(n) == folder]
@@ -103,6 +103,11 @@ def _without_library(archive: Archive, unusable: str) -> RequestError:
     here = in_words(folder.rpartition("/")[2])
     remedy = f"Ask its maker to export it with a binary for {here}, or with its sources."
     return refuse(where, found, f"a binary for {platform_tuple()} ({place}), or the sources inside", remedy)
+
+
+def _no_library(where: str, found: str) -> RequestError:
+    remedy = _GIT_LFS if found == GIT_LFS_POINTER else "Ask its maker for a binary for this platform, or the sources."
+    return refuse(where, found, f"a shared library for {platform_tuple()}", remedy)
 
 
 def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) -> list[str]:  # noqa: FBT001
@@ -149,6 +154,8 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
         code = machine_code(library.read_bytes())
+    if code.problem:
+        raise _no_library(where, code.problem)
     opened = _opened(library, code, where)
     try:
         identifier = archive.interface_type.modelIdentifier

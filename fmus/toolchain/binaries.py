@@ -21,6 +21,8 @@ _MOST_PARTS: Final = 16
 _SHARED: Final = 3
 _DYNAMIC, _DYNAMIC_SYMBOLS = 6, 11
 _NEEDED: Final = 1
+GIT_LFS_POINTER: Final = "a pointer of Git LFS instead of the file itself"
+"""What stands in the place of a file that was copied from a repository without Git LFS, in words."""
 _LFS: Final = b"version https://git-lfs"
 _SHOWN: Final = 40
 """The number of characters of a text that a message shows."""
@@ -70,7 +72,7 @@ def _no_library(content: bytes) -> str:
     if not content:
         return "an empty file"
     if content.startswith(_LFS):
-        return "a pointer of Git LFS instead of the file itself"
+        return GIT_LFS_POINTER
     try:
         text = content[:1000].decode().strip()
     except UnicodeDecodeError:

@@ -16,8 +16,7 @@ Some of what is used is no part of FMPy's public interface and has to be compare
 * FMPy's library that formats the log messages of FMI 2.0, with its function `addLoggerProxy`
   (`FMI2_LOGGING_LIBRARY`);
 * the attributes of its solver (`Sundials`);
-* the wording of its reports on model descriptions, which name the line of the file in their text only
-  (`description_breaches`).
+* the wording of its reports on model descriptions, which name lines in their text only (`description_breaches`).
 """
 # pyright: basic
 # FMPy and ctypes carry few types; everything that leaves this file is annotated.
@@ -28,7 +27,7 @@ import zipfile
 from collections.abc import Callable
 from ctypes import CDLL
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -228,8 +227,7 @@ class _AnyFunctions:
 
     def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
         own = f"{self.modelIdentifier}_" if isinstance(self, fmi1.FMU1Slave | fmi1.FMU1Model) else ""
-        absent = lambda name: FMICallException(name, fmi3Error)  # noqa: E731 - one line
-        self.dll = FunctionLibrary(self.dll, self._function_prefix, absent, own_prefix=own)
+        self.dll = FunctionLibrary(self.dll, self._function_prefix, partial(FMICallException, status=fmi3Error), own)
         super()._loadFunctions()  # type: ignore[misc]
 
 

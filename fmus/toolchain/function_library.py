@@ -19,7 +19,7 @@ class FunctionLibrary(CDLL):
         own_prefix: What FMPy puts before the names that it looks up.
     """
 
-    def __init__(self, library: CDLL, prefix: str, absent: Callable[[str], Exception], *, own_prefix: str = "") -> None:
+    def __init__(self, library: CDLL, prefix: str, absent: Callable[[str], Exception], own_prefix: str = "") -> None:
         super().__init__(library._name, handle=library._handle)  # noqa: SLF001 - ctypes has no public name for them
         self._prefix, self._absent, self._own_prefix = prefix, absent, own_prefix
 
