@@ -13,15 +13,15 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import partial
 from math import prod
 from typing import Any, Final
 
 import numpy as np
 
-from components.interfaces.quantity import DTYPES, Quantity, Type
+from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
+from fmus.reading.start_values import BOOLEANS, ReadingError, read_value, shaped, start_texts
 from fmus.toolchain.fmi1_description import negated_names
 from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
@@ -31,7 +31,6 @@ LARGEST_ARRAY: Final = 10_000_000
 
 _FMI2_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
 _ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
-_BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _CAUSALITIES = {"input": "input", "output": "output", "parameter": "parameter", "structuralParameter": "parameter"}
 
 
@@ -66,26 +65,25 @@ def declared_variables(
         values: The values of parameters that are given; those of structural ones are lengths of arrays.
 
     Raises:
-        ValueError: A start value or a limit is no value of its type, or an array is too large.
-        LookupError, TypeError, AttributeError: The description breaks the schema.
+        ReadingError: A start value or a limit is no value of its type, or an array is too large.
+        ValueError, LookupError, TypeError, AttributeError: The description breaks the schema.
     """
-    read = partial(
-        _declared_variable,
+    facts = _Facts(
         units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
         lengths=_lengths(model, values),
         relative=_relative(root),
-        starts=_starts(root),
+        starts=start_texts(root),
         negated=negated_names(root) if version == Version.FMI1 else frozenset(),
     )
     visible = [
-        read(v)
+        _declared_variable(v, facts)
         for v in model.modelVariables
         if v.causality in _CAUSALITIES
         and v.type != "Clock"
         and not _is_second_name(v)
         and not (v.variability == "constant" and v.causality != "output")  # what cannot change cannot be set either
     ]
-    settable = [replace(read(v), causality="initial") for v in _settable(model)]
+    settable = [replace(_declared_variable(v, facts), causality="initial") for v in _settable(model)]
     if version != Version.FMI3:
         visible, settable = list(_arrays(visible)), list(_arrays(settable))
     known = {v.variable.name for v in visible if v.causality != "output"}
@@ -101,15 +99,7 @@ def declared_variables(
 def _relative(root: Any) -> dict[str, bool]:
     """Whether variables that say so themselves are differences, by name; FMPy reads it of types only."""
     said = root.xpath("ModelVariables//*[@relativeQuantity]")
-    return {e.get("name") or e.getparent().get("name"): _BOOLEANS[e.get("relativeQuantity")] for e in said}
-
-
-def _starts(root: Any) -> dict[str, list[str]]:
-    """The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names."""
-    found: dict[str, list[str]] = {}
-    for start in root.iterfind("ModelVariables/*/Start"):
-        found.setdefault(start.getparent().get("name"), []).append(start.get("value"))
-    return found
+    return {e.get("name") or e.getparent().get("name"): BOOLEANS[e.get("relativeQuantity")] for e in said}
 
 
 def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
@@ -144,7 +134,7 @@ def _length(given: Any, variable: Any) -> int:
     """The length of arrays that a variable is; a given value that is none is reported with the other parameters."""
     if isinstance(given, int) and given >= 0 and variable.causality == "structuralParameter":
         return given
-    return _read(variable.start, Type.UINT64, variable.name, "start value")
+    return read_value(variable.start, Type.UINT64, variable.name, "start value")
 
 
 def _base(unit: Any) -> BaseUnit:
@@ -152,50 +142,42 @@ def _base(unit: Any) -> BaseUnit:
     return BaseUnit(exponents, float(unit.factor), float(unit.offset))
 
 
-def _declared_variable(
-    variable: Any,
-    *,
-    units: Mapping[str, BaseUnit],
-    lengths: Mapping[int, int],
-    starts: Mapping[str, list[str]],
-    relative: Mapping[str, bool],
-    negated: Collection[str],
-) -> DeclaredVariable:
-    """A variable with its shape and start value.
+@dataclass(frozen=True)
+class _Facts:
+    """What a description says of its variables elsewhere than at FMPy's objects for them."""
 
-    Args:
-        variable: The variable, as FMPy reads it.
-        units: The unit definitions.
-        lengths: The lengths of arrays that are values of variables, by the value references of these.
-        relative: Whether values are differences, for the variables that say so themselves.
-        starts: The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names.
-        negated: The names of variables whose values are the negative ones of those of the library.
-    """
-    shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in variable.dimensions)
+    units: Mapping[str, BaseUnit]
+    """The unit definitions."""
+    lengths: Mapping[int, int]
+    """The lengths of arrays that are values of variables, by the value references of these."""
+    relative: Mapping[str, bool]
+    """Whether values are differences, for the variables that say so themselves."""
+    starts: Mapping[str, list[str]]
+    """The start values of Strings and Binaries, by the names of the variables."""
+    negated: Collection[str]
+    """The names of variables whose values are the negative ones of those of the library."""
+
+
+def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
+    """A variable, as FMPy reads it, with its shape and start value."""
+    shape = tuple(int(d.start) if d.start is not None else facts.lengths[d.valueReference] for d in variable.dimensions)
     if prod(shape) > LARGEST_ARRAY:
-        raise ValueError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
+        raise ReadingError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     of_type = variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
-    quantity = _quantity(variable, shape, units, relative=relative.get(variable.name, of_type))
-    given = starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
+    quantity = _quantity(variable, shape, facts.units, relative=facts.relative.get(variable.name, of_type))
+    given = facts.starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:
         given = " ".join(given).split()
-    start = [_read(text, quantity.type, variable.name, "start value") for text in given]
+    start = [read_value(text, quantity.type, variable.name, "start value") for text in given]
     return DeclaredVariable(
         Variable(variable.name, quantity),
         _CAUSALITIES.get(variable.causality, ""),
-        _shaped(start, quantity) if start else None,
+        shaped(start, quantity) if start else None,
         [variable.valueReference],
         structural=variable.causality == "structuralParameter",
         clocks=tuple(clock.valueReference for clock in variable.clocks or ()),
-        negated=variable.name in negated and quantity.type is not Type.BOOLEAN,
+        negated=variable.name in facts.negated and quantity.type is not Type.BOOLEAN,
     )
-
-
-def _shaped(start: list[Any], quantity: Quantity) -> Any:
-    """Start values in the shape of their variable; a single one is the start value of all elements."""
-    if not quantity.shape:
-        return start[0]
-    return np.resize(np.array(start, dtype=DTYPES[quantity.type]), Variable("", quantity).shape)
 
 
 def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUnit], *, relative: bool) -> Quantity:
@@ -205,7 +187,7 @@ def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUni
     unit = (variable.unit or (declared.unit if declared else None) or "") if value_type.is_float else "1"
     limits = [getattr(variable, n) or (getattr(declared, n) if declared else None) for n in ("min", "max")]
     low, high = (
-        None if b is None or value_type is Type.ENUMERATION else _read(b, Type.FLOAT64, variable.name, "limit")
+        None if b is None or value_type is Type.ENUMERATION else read_value(b, Type.FLOAT64, variable.name, "limit")
         for b in limits
     )
     return Quantity(
@@ -230,21 +212,6 @@ def _enumeration(declared: Any) -> type[IntEnum]:
         return IntEnum(declared.name, items)  # type: ignore[return-value]
     except ValueError:  # the name of an item is reserved in Python
         return IntEnum(declared.name, {f"item {value}": value for value in items.values()})  # type: ignore[return-value]
-
-
-def _read(text: str, value_type: Type, name: str, what: str) -> Any:
-    """The value of a text; `what` names the attribute of the variable in messages, such as `start value`."""
-    try:
-        if value_type is Type.BOOLEAN:
-            return _BOOLEANS[text.lower()]
-        if value_type is Type.STRING:
-            return text
-        if value_type is Type.BINARY:
-            return bytes.fromhex(text)
-        # numpy refuses integers that do not fit the width of the type
-        return float(text) if value_type.is_float else DTYPES[value_type](text).item()
-    except (ValueError, LookupError, OverflowError) as error:
-        raise ValueError(f"`{name}` with the {what} `{text}`") from error
 
 
 def _arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
@@ -283,7 +250,7 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]])
         return
     quantity = replace(parts[0].variable.quantity, shape=shape)
     starts = [part.start for part in parts]
-    start = None if None in starts else _shaped(starts, quantity)
+    start = None if None in starts else shaped(starts, quantity)
     references = [reference for part in parts for reference in part.references]
     yield replace(parts[0], variable=Variable(name, quantity), start=start, references=references)
 

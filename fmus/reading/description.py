@@ -31,6 +31,8 @@ from fmus.toolchain.fmpy_library import (
 from fmus.toolchain.version import Version
 
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
+WITHOUT_LENIENT: Final = "Open it without --lenient, to see the rules that it breaks."
+"""What to do with a description that a lenient reader cannot read either."""
 _VERSIONS: Final = "1.0, 2.0 or 3.0"
 _MOST: Final = 20
 """The number of problems of one kind that are listed; a longer list would give no more information."""
@@ -74,7 +76,7 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
         problems = [*(_problem(place, line, as_phrase(text), version) for line, text in by_schema[:_MOST]), *problems]
     raise_if_any(problems[:_MOST])
     remarks += _schema_remarks(by_schema)
-    model = _model(root, version, place)
+    model = _model(root, version, place, lenient=lenient)
     breaches = description_breaches(model, with_structure=False)
     if not lenient:
         # pythonfmu, among others, writes integers without a variability, and most tools accept them
@@ -122,11 +124,13 @@ def _problem(place: str, line: int | None, found: str, version: Version) -> Prob
     return Problem(at, found, f"what FMI {version}.0 allows", _REMEDY)
 
 
-def _model(root: Any, version: Version, place: str) -> ModelDescription:
+def _model(root: Any, version: Version, place: str, *, lenient: bool) -> ModelDescription:
     try:
         return read_model(root, version)
     except ModelDescriptionError as error:
-        raise refuse(place, f"a description that cannot be understood ({error})", "what FMI allows") from error
+        found = "a description that cannot be understood" + (f" ({error})" if str(error) else "")
+        remedy = WITHOUT_LENIENT if lenient else ""
+        raise refuse(place, found, "what FMI allows", remedy) from error
 
 
 def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | None]:

@@ -19,8 +19,9 @@ from components.interfaces.record import Variable
 from fmus.clock import clocks
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables, whole_name
-from fmus.reading.description import Description, read_description
+from fmus.reading.description import WITHOUT_LENIENT, Description, read_description
 from fmus.reading.library import with_library
+from fmus.reading.start_values import ReadingError
 from fmus.reading.unpack import read
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.fmpy_library import ModelDescription
@@ -61,7 +62,7 @@ def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
     if MODEL_DESCRIPTION not in content.files:
         raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID_FMU)
     description = read_description(content.files[MODEL_DESCRIPTION], where, lenient=lenient)
-    variables = _variables(description, values, where)
+    variables = _variables(description, values, where, lenient=lenient)
     archive = Archive(
         path,
         description.version,
@@ -80,14 +81,19 @@ def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
     return with_library(archive, lenient=lenient)
 
 
-def _variables(description: Description, values: Mapping[str, Any], where: str) -> list[DeclaredVariable]:
+def _variables(
+    description: Description, values: Mapping[str, Any], where: str, *, lenient: bool
+) -> list[DeclaredVariable]:
     try:
         return declared_variables(description.root, description.model, description.version, values)
     except RequestError:
         raise
     except (ValueError, LookupError, TypeError, AttributeError) as error:  # caused by content that the schema forbids
-        found = f"a variable that cannot be understood ({error})"
-        raise refuse(f"{where}, {MODEL_DESCRIPTION}", found, "what FMI allows") from error
+        what = f" ({error})" if isinstance(error, ReadingError) else ""
+        remedy = WITHOUT_LENIENT if lenient and not what else ""
+        raise refuse(
+            f"{where}, {MODEL_DESCRIPTION}", f"a variable that cannot be understood{what}", "what FMI allows", remedy
+        ) from error
 
 
 def _interface(description: Description, variables: list[DeclaredVariable]) -> Interface:

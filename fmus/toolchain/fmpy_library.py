@@ -55,7 +55,7 @@ from fmpy.fmi3 import (
     fmi3IntervalQualifier,
     fmi3ValueReference,
 )
-from fmpy.model_description import ModelDescription, Unknown
+from fmpy.model_description import ModelDescription, Unknown, ValidationError
 from fmpy.validation import validate_model_description
 from lxml import etree
 
@@ -134,7 +134,7 @@ def ssp_schema(name: str) -> etree.XMLSchema:
 
 
 class ModelDescriptionError(ValueError):
-    """FMPy cannot read a model description; the message, one line, says why."""
+    """FMPy cannot read a model description; the message, one line, says why where FMPy does."""
 
 
 def read_model(root: Any, version: Version) -> ModelDescription:
@@ -180,9 +180,9 @@ def _model(root: Any) -> ModelDescription:
         model = read_model_description(packed, validate=False)
         if model.fmiVersion == "1.0":
             complete(model, root, Unknown)
-    except Exception as error:  # FMPy raises bare Exception, and whatever Python raises on values it does not expect
-        reason = f"{type(error).__name__}: {error}" if isinstance(error, LookupError | TypeError) else str(error)
-        raise ModelDescriptionError(as_phrase(reason)) from error
+    except Exception as error:  # FMPy raises bare Exception with a text for people, and Python the others
+        deliberate = type(error) in {Exception, ValidationError}
+        raise ModelDescriptionError(as_phrase(str(error)) if deliberate else "") from error
     finally:
         etree.set_default_parser(None)
     return model

@@ -114,9 +114,8 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
         if (problem := source.foreign_problem(name)) is not None:
             yield problem
     versions = {n: s.describe().version for n, s in system.units.items() if s.foreign_problem(n) is None}
-    for name, version in versions.items():
-        if version is Version.FMI1:
-            yield Problem(f"unit `{name}`", "an FMU of FMI 1.0", "FMI 2.0 or 3.0, which a container holds")
+    for name in [n for n, version in versions.items() if version is Version.FMI1]:
+        yield Problem(f"unit `{name}`", "an FMU of FMI 1.0", "FMI 2.0 or 3.0, which a container holds")
     if len(set(versions.values())) > 1:
         found = ", ".join(f"{name} FMI {version}.0" for name, version in versions.items())
         yield Problem("FMI versions", found, "one version for all units", "Export it with --fmi 2 or --fmi 3.")

@@ -1,4 +1,7 @@
-"""Ports of every type and shape, through whole systems of FMUs that hand on what they are given."""
+"""Ports of every type and shape, through whole systems of FMUs that hand on what they are given.
+
+With it `start_values.py`.
+"""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def test_what_the_description_says_is_read_in_the_words_of_the_other_versions(sl
     assert found.undeclared == {"unknown"}
     mode = next(v for v in found.outputs if v.name == "mode").quantity
     assert {item.name: item.value for item in mode.enumeration or ()} == {"off": 1, "on": 2}
-    assert (archive.default_stop_time, archive.default_step) == (2.0, None)
+    assert (archive.suggested.stop, archive.suggested.tolerance, archive.suggested.step) == (2.0, 1e-6, None)
 
 
 def test_two_slaves_are_connected_and_one_runs_in_a_process_of_its_own(slave):

@@ -1,0 +1,49 @@
+"""Start values and limits, as texts of a model description, as values of their types."""
+# pyright: basic
+# lxml carries few types for the elements of a document; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from components.interfaces.quantity import DTYPES, Quantity, Type
+from components.interfaces.record import Variable
+
+BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
+"""The texts of Booleans."""
+
+
+class ReadingError(ValueError):
+    """A variable with a value that cannot be read; the message is a part of ours."""
+
+
+def start_texts(root: Any) -> dict[str, list[str]]:
+    """The elements `Start` of String and Binary variables, of which FMPy reads the first only, by their names."""
+    found: dict[str, list[str]] = {}
+    for start in root.iterfind("ModelVariables/*/Start"):
+        found.setdefault(start.getparent().get("name"), []).append(start.get("value"))
+    return found
+
+
+def read_value(text: str, value_type: Type, name: str, what: str) -> Any:
+    """The value of a text; `what` names the attribute of the variable in messages, such as `start value`."""
+    try:
+        if value_type is Type.BOOLEAN:
+            return BOOLEANS[text.lower()]
+        if value_type is Type.STRING:
+            return text
+        if value_type is Type.BINARY:
+            return bytes.fromhex(text)
+        # numpy refuses integers that do not fit the width of the type
+        return float(text) if value_type.is_float else DTYPES[value_type](text).item()
+    except (ValueError, LookupError, OverflowError) as error:
+        raise ReadingError(f"`{name}` with the {what} `{text}`") from error
+
+
+def shaped(start: list[Any], quantity: Quantity) -> Any:
+    """Start values in the shape of their variable; a single one is the start value of all elements."""
+    if not quantity.shape:
+        return start[0]
+    return np.resize(np.array(start, dtype=DTYPES[quantity.type]), Variable("", quantity).shape)
