@@ -72,7 +72,7 @@ def declared_variables(
         units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
         lengths=_lengths(model, values),
         relative=_relative(root),
-        starts=start_texts(root),
+        starts=start_texts(root) if version == Version.FMI3 else {},
         negated=negated_names(root) if version == Version.FMI1 else frozenset(),
     )
     visible = [
@@ -160,9 +160,12 @@ class _Facts:
 
 def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
     """A variable, as FMPy reads it, with its shape and start value."""
-    shape = tuple(int(d.start) if d.start is not None else facts.lengths[d.valueReference] for d in variable.dimensions)
-    if prod(shape) > LARGEST_ARRAY:
-        raise ReadingError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
+    shape: tuple[int, ...] = ()
+    if variable.dimensions:  # there may be very many scalars
+        dimensions = variable.dimensions
+        shape = tuple(int(d.start) if d.start is not None else facts.lengths[d.valueReference] for d in dimensions)
+        if prod(shape) > LARGEST_ARRAY:
+            raise ReadingError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     of_type = variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
     quantity = _quantity(variable, shape, facts.units, relative=facts.relative.get(variable.name, of_type))
     given = facts.starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])

@@ -77,12 +77,13 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     raise_if_any(problems[:_MOST])
     remarks += _schema_remarks(by_schema)
     model = _model(root, version, place, lenient=lenient)
-    breaches = description_breaches(model, with_structure=False)
-    if not lenient:
+    breaches = description_breaches(model, with_structure=True)
+    if not lenient and breaches:
         # pythonfmu, among others, writes integers without a variability, and most tools accept them
-        refused = [breach for breach in breaches if not breach.concerns_variability]
+        others = [breach for breach in breaches if not breach.concerns_variability]
+        tolerated = _of_structure(model) if others else ()
+        refused = [breach for breach in others if breach not in tolerated]
         raise_if_any(_problem(place, breach.line, breach.found, version) for breach in refused[:_MOST])
-    breaches += description_breaches(model, with_structure=True)
     remarks += _breach_remarks(list(dict.fromkeys(breaches)))
     return Description(root, model, version, tuple(remarks))
 
@@ -131,6 +132,12 @@ def _model(root: Any, version: Version, place: str, *, lenient: bool) -> ModelDe
         found = "a description that cannot be understood" + (f" ({error})" if str(error) else "")
         remedy = WITHOUT_LENIENT if lenient else ""
         raise refuse(place, found, "what FMI allows", remedy) from error
+
+
+def _of_structure(model: ModelDescription) -> list[DescriptionBreach]:
+    """The breaches of an incomplete model structure, which most tools accept without a message."""
+    others = description_breaches(model, with_structure=False)
+    return [breach for breach in description_breaches(model, with_structure=True) if breach not in others]
 
 
 def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | None]:

@@ -28,8 +28,13 @@ def _contradicts_itself(variable: Any) -> bool:
 
 def separate_by_single_blanks(root: Any) -> None:
     """Write single blanks between the items of lists, which XML does not demand."""
-    for name in ("dependencies", "dependenciesKind", "clocks"):
-        for element in root.iterfind(f".//*[@{name}]"):
+    places = {
+        "dependencies": "ModelStructure//*",
+        "dependenciesKind": "ModelStructure//*",
+        "clocks": "ModelVariables/*",
+    }
+    for name, place in places.items():
+        for element in root.iterfind(f"{place}[@{name}]"):
             element.set(name, " ".join(element.get(name).split()))
 
 
