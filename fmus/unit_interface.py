@@ -54,5 +54,7 @@ class Interface:
     """Aliases of inputs, outputs and parameters, each with the name of its variable."""
     initials: tuple[Variable, ...] = ()
     """Outputs and local variables whose start value may be set like that of a parameter."""
+    variability: Mapping[str, str] = field(default_factory=dict[str, str])
+    """FMI's variability of what may be given a value, such as `tunable`, by the name of the variable."""
     undeclared: frozenset[str] = frozenset()
     """Outputs whose dependencies the file does not declare; they are taken to depend on every input."""

@@ -109,4 +109,4 @@ def _enumeration_fits(found: Quantity, wanted: Quantity) -> bool:
 
 
 def _items(q: Quantity) -> dict[str, int]:
-    return {} if q.enumeration is None else {item.name: item.value for item in q.enumeration}
+    return {} if q.enumeration is None else q.enumeration.values

@@ -8,7 +8,8 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from components.interfaces.problem import Problem, choices, refuse
+from components.interfaces.items import Enumeration
+from components.interfaces.problem import Problem, choices, did_you_mean, refuse
 from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, BaseUnit, base_unit
 
 Dimension: TypeAlias = int | str
@@ -82,7 +83,7 @@ class Quantity:
     shape: tuple[Dimension, ...] = ()
     min: float | None = None
     max: float | None = None
-    enumeration: type[IntEnum] | None = None
+    enumeration: Enumeration | None = None
     base: BaseUnit | None = None
 
     @property
@@ -94,7 +95,7 @@ class Quantity:
     def range(self) -> str:
         """The valid values as text."""
         if self.enumeration is not None:
-            return choices(item.name for item in self.enumeration)
+            return choices(self.enumeration.values)
         low = "" if self.min is None else f"{self.min:g} <= "
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"{low}{_WORDS.get(self.type, 'whole number')}{high}" + (
@@ -111,25 +112,39 @@ class Quantity:
         if not self.type.is_number:
             return self._text_problems(where, value)
         try:
-            array = np.asarray(value)
+            array = _whole_numbers(value) if self.type in _WHOLE else np.asarray(value)
         except ValueError:  # rows of different lengths
             return [Problem(where, f"`{value}` (not an array)", self.range)]
-        if array.dtype.kind not in _KINDS.get(self.type, "iu"):
-            return [Problem(where, f"`{value}` ({_kind(array)})", self.range)]
+        if array.dtype.kind not in _KINDS.get(self.type, "iu") and not (self.type in _WHOLE and _are_whole(array)):
+            return [self._of_another_kind(where, value, array)]
         if array.shape != self.shape:
             return [Problem(where, f"shape {array.shape}", f"shape {self.shape}")]
-        numbers = array.astype(float)
-        wrong = ~np.isfinite(numbers)
+        numbers = array if self.type in _WHOLE else array.astype(float)
+        wrong = np.zeros(array.shape, dtype=bool) if self.type in _WHOLE else ~np.isfinite(numbers)
         low, high = self.bounds
         if low is not None:
             wrong |= numbers < low
         if high is not None:
             wrong |= numbers > high
         if self.enumeration is not None:
-            wrong |= ~np.isin(numbers, [item.value for item in self.enumeration])
+            wrong |= ~np.isin(numbers, [*self.enumeration.names])
         if wrong.any():
-            return [Problem(where, f"{array[wrong].tolist()[0] if array.shape else value}", self.range)]
+            first = array[wrong].tolist()[0]
+            return [Problem(where, f"{first if array.shape else value}", self._valid_instead_of(first))]
         return []
+
+    def _of_another_kind(self, where: str, value: object, array: np.ndarray[Any, Any]) -> Problem:
+        if self.enumeration is not None and isinstance(value, str) and value:
+            return Problem(where, f"`{value}`", self.range, did_you_mean(value, self.enumeration.values))
+        return Problem(where, "an empty text" if value == "" else f"`{value}` ({_kind(array)})", self.range)
+
+    def _valid_instead_of(self, number: Any) -> str:
+        """The valid values as text; where a whole number is within what is declared, those that its width can hold."""
+        is_declared = (self.min is None or number >= self.min) and (self.max is None or number <= self.max)
+        if not (self.type.is_integer and is_declared):
+            return self.range
+        low, high = self.bounds
+        return f"{low} <= {_WORDS.get(self.type, 'whole number')} <= {high}, as {self.type} holds"
 
     @property
     def bounds(self) -> tuple[float | None, float | None]:
@@ -148,13 +163,27 @@ class Quantity:
         return [Problem(where, f"`{wrong[0]}`", self.range)] if wrong else []
 
 
+def _whole_numbers(value: object) -> np.ndarray[Any, Any]:
+    """An array of a value; whole numbers that NumPy would make floats, as some of 64 bits, are kept as objects."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fO":
+        return array
+    exact = np.asarray(value, dtype=object)
+    return exact if _are_whole(exact) else array
+
+
+def _are_whole(array: np.ndarray[Any, Any]) -> bool:
+    return all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in array.ravel().tolist())
+
+
+_WHOLE = frozenset(kind for kind in Type if kind.is_integer or kind is Type.ENUMERATION)
 _KINDS = {Type.FLOAT64: "fiu", Type.FLOAT32: "fiu", Type.BOOLEAN: "b"}
 _WORDS = {
     Type.FLOAT64: "finite number",
     Type.FLOAT32: "finite number",
     Type.BOOLEAN: "true or false",
     Type.STRING: "text",
-    Type.BINARY: "bytes",
+    Type.BINARY: "bytes, each as two hexadecimal digits",
     Type.ENUMERATION: "whole number",
 }
 
@@ -244,7 +273,7 @@ def enumeration(items: type[IntEnum], description: str) -> Any:
     Raises:
         RequestError: For an empty description.
     """
-    return _field(Quantity("1", description, Type.ENUMERATION, enumeration=items))
+    return _field(Quantity("1", description, Type.ENUMERATION, enumeration=Enumeration.of(items)))
 
 
 def _field(declared: Quantity) -> Any:

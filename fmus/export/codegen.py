@@ -122,7 +122,8 @@ def _variable_row(variable: Variable, role: str, reference: int) -> str:
     q = variable.quantity
     low, high = q.min, q.max
     if q.enumeration is not None:
-        low, high = min(q.enumeration).value, max(q.enumeration).value
+        values = q.enumeration.values.values()
+        low, high = min(values), max(values)
     limits = f"{_number(-math.inf if low is None else low)}, {_number(math.inf if high is None else high)}"
     return f'{{"{variable.name}", {_TYPES[q.type]}, {role}, {reference}, {variable.size}, {limits}}}'
 

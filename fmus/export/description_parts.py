@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from enum import IntEnum
 from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType
 from typing import Final, TypeAlias
 
 from lxml import etree
 
+from components.interfaces.items import Enumeration
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT, base_unit
 from fmus.export.fmi_variables import COMMUNICATION_STEP, FmiVariable, FmiVariables
@@ -37,7 +37,7 @@ def quantity_of(unit: str) -> str:
 def declared_type(q: Quantity) -> str | None:
     """The name of a variable's type definition; None where it has none."""
     if q.enumeration is not None:
-        return q.enumeration.__name__
+        return q.enumeration.name
     return quantity_of(q.unit) if q.type is Type.FLOAT64 else None
 
 
@@ -46,7 +46,7 @@ def units_of_measurement(variables: FmiVariables) -> list[str]:
     return list(dict.fromkeys(v.variable.quantity.unit for v in variables if v.variable.quantity.type is Type.FLOAT64))
 
 
-def enumerations(variables: FmiVariables) -> list[type[IntEnum]]:
+def enumerations(variables: FmiVariables) -> list[Enumeration]:
     """The enumerations in use, in order of appearance."""
     declared = (v.variable.quantity.enumeration for v in variables)
     return list(dict.fromkeys(enumeration for enumeration in declared if enumeration is not None))
@@ -89,7 +89,7 @@ def add_unit_definitions(parent: XmlElement, names: Iterable[str]) -> None:
         etree.SubElement(unit, "BaseUnit", attributes)
 
 
-def add_items(parent: XmlElement, enumeration: type[IntEnum]) -> None:
+def add_items(parent: XmlElement, enumeration: Enumeration) -> None:
     """<Item> for each item of an enumeration type."""
     for item in enumeration:
         etree.SubElement(parent, "Item", name=item.name, value=str(item.value))

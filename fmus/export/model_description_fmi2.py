@@ -67,8 +67,8 @@ def _types(root: parts.XmlElement, variables: FmiVariables) -> None:
         name = parts.quantity_of(unit)
         etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Real", quantity=name, unit=unit)
     for enumeration in parts.enumerations(variables):
-        simple = etree.SubElement(definitions, "SimpleType", name=enumeration.__name__)
-        parts.add_items(etree.SubElement(simple, "Enumeration", quantity=enumeration.__name__), enumeration)
+        simple = etree.SubElement(definitions, "SimpleType", name=enumeration.name)
+        parts.add_items(etree.SubElement(simple, "Enumeration", quantity=enumeration.name), enumeration)
 
 
 def _variable(parent: parts.XmlElement, v: FmiVariable) -> None:

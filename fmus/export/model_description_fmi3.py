@@ -67,7 +67,7 @@ def _types(root: parts.XmlElement, variables: FmiVariables, units: Iterable[str]
         name = parts.quantity_of(unit)
         etree.SubElement(definitions, "Float64Type", name=name, quantity=name, unit=unit)
     for enumeration in parts.enumerations(variables):
-        name = enumeration.__name__
+        name = enumeration.name
         parts.add_items(etree.SubElement(definitions, "EnumerationType", name=name, quantity=name), enumeration)
 
 

@@ -4,12 +4,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from fmus.reading.declared_variables import whole_name
+from components.interfaces.problem import refuse
+from fmus.reading.joined_arrays import array_name
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.binaries import MachineCode
 from fmus.toolchain.version import Version
@@ -19,8 +23,40 @@ VALID_FMU: Final = (
     f"an FMU: a zip archive with {MODEL_DESCRIPTION}, FMI 1.0, 2.0 or 3.0, for Co-Simulation or Model Exchange"
 )
 """The valid files, as the part of a message."""
-INTERFACE_TYPES: Final = ("CoSimulation", "ModelExchange")
-"""FMI's names of the interface types; where an FMU has both, the first is used."""
+
+
+class InterfaceType(StrEnum):
+    """The interface types, by FMI's names; where an FMU has both and nobody chooses, the first is used."""
+
+    CO_SIMULATION = "CoSimulation"
+    MODEL_EXCHANGE = "ModelExchange"
+
+    @property
+    def in_words(self) -> str:
+        """The name as people write it."""
+        return "Co-Simulation" if self is InterfaceType.CO_SIMULATION else "Model Exchange"
+
+    @property
+    def short(self) -> str:
+        """The name as people type it: `cs` or `me`."""
+        return "".join(letter.lower() for letter in self if letter.isupper())
+
+
+def interface_type_named(text: str, where: str) -> InterfaceType:
+    """The interface type that a text means: `cs`, `me`, or the name in any spelling.
+
+    Args:
+        text: The text.
+        where: Where it stands, for messages.
+
+    Raises:
+        RequestError: It means none.
+    """
+    plain = re.sub(r"[\W_]", "", text).lower()
+    for kind in InterfaceType:
+        if plain in (kind.short, kind.lower()):
+            return kind
+    raise refuse(where, f"`{text}`", " or ".join(f"{kind.short} ({kind})" for kind in InterfaceType))
 
 
 @dataclass(frozen=True)
@@ -50,17 +86,18 @@ class Archive:
     """The path of the library for this platform in it; None where it has none, so that its sources are compiled."""
     code: MachineCode = field(default_factory=MachineCode)
     """What that library says of itself."""
+    chosen: InterfaceType = InterfaceType.CO_SIMULATION
+    """The interface type that is used."""
 
     @property
     def is_model_exchange(self) -> bool:
         """Whether the importer has to integrate it, because it has no solver of its own."""
-        return self.description.coSimulation is None
+        return self.chosen is InterfaceType.MODEL_EXCHANGE
 
     @property
-    def interface_types(self) -> tuple[str, ...]:
-        """The interface types that it offers, as FMI names them: `CoSimulation`, `ModelExchange`, or both."""
-        elements = (self.description.coSimulation, self.description.modelExchange)
-        return tuple(name for name, element in zip(INTERFACE_TYPES, elements, strict=True) if element is not None)
+    def interface_types(self) -> tuple[InterfaceType, ...]:
+        """The interface types that it offers."""
+        return interface_types(self.description)
 
     @property
     def title(self) -> str:
@@ -94,12 +131,20 @@ class Archive:
         Returns:
             The names in the order of the elements.
         """
-        spelled = {
-            v.valueReference: str(v.name)
-            for v in self.description.modelVariables
-            if v.causality in causalities and whole_name(v.name, {name: None}) == name
-        }
+        elements = self._elements.get(name, ())
+        if self.version is Version.FMI3 or not elements:  # an array of FMI 3.0 is one variable
+            return [name]
+        spelled = {reference: element for element, reference, causality in elements if causality in causalities}
         return [spelled[reference] for reference in self.references[name]]
+
+    @cached_property
+    def _elements(self) -> dict[str, list[tuple[str, int, str]]]:
+        """The variables that would be elements of an array, by its name: their names, references and causalities."""
+        found: dict[str, list[tuple[str, int, str]]] = {}
+        for v in self.description.modelVariables:
+            if (array := array_name(v.name)) is not None:
+                found.setdefault(array, []).append((str(v.name), v.valueReference, v.causality or "local"))
+        return found
 
     @property
     def is_plain_fmi3(self) -> bool:
@@ -108,13 +153,23 @@ class Archive:
 
     @property
     def interface_type(self) -> Any:
-        """The interface type that is used, with its capabilities: Co-Simulation where it has both."""
-        return self.description.coSimulation or self.description.modelExchange
+        """The element of the interface type that is used, with its capabilities."""
+        return self.description.modelExchange if self.is_model_exchange else self.description.coSimulation
 
     @property
     def only_once(self) -> bool:
         """Whether a process can hold only one instance of it."""
         return bool(self.interface_type.canBeInstantiatedOnlyOncePerProcess)
+
+
+def interface_types(description: Any) -> tuple[InterfaceType, ...]:
+    """The interface types that a model description offers.
+
+    Args:
+        description: The model description as FMPy reads it.
+    """
+    elements = (description.coSimulation, description.modelExchange)
+    return tuple(kind for kind, element in zip(InterfaceType, elements, strict=True) if element is not None)
 
 
 def _number(value: Any) -> float | None:

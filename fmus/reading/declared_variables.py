@@ -9,18 +9,17 @@ file declares its names as `flat`.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from math import prod
 from typing import Any, Final
 
-import numpy as np
-
+from components.interfaces.items import Enumeration, Item
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
+from fmus.reading.joined_arrays import joined_arrays, settable_arrays
 from fmus.reading.start_values import BOOLEANS, ReadingError, read_value, shaped, start_texts
 from fmus.toolchain.fmi1_description import negated_names
 from fmus.toolchain.fmpy_library import ModelDescription
@@ -30,7 +29,6 @@ LARGEST_ARRAY: Final = 10_000_000
 """The most elements of one variable; more would fill the memory before anything runs."""
 
 _FMI2_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
-_ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
 _CAUSALITIES = {"input": "input", "output": "output", "parameter": "parameter", "structuralParameter": "parameter"}
 
 
@@ -45,6 +43,8 @@ class DeclaredVariable:
     """The start value in the shape of the variable; None where there is none."""
     references: list[int]
     """Value references: one per element in FMI 2.0, one in all in FMI 3.0."""
+    variability: str = ""
+    """FMI's variability; empty where the file gives none."""
     structural: bool = False
     """Whether it is a structural parameter."""
     clocks: tuple[int, ...] = ()
@@ -85,15 +85,11 @@ def declared_variables(
     ]
     settable = [replace(_declared_variable(v, facts), causality="initial") for v in _settable(model)]
     if version != Version.FMI3:
-        visible, settable = list(_arrays(visible)), list(_arrays(settable))
+        visible = list(joined_arrays(visible))
+        outputs = {v.variable.name: v.references for v in visible if v.causality == "output"}
+        settable = list(settable_arrays(settable, outputs))
     known = {v.variable.name for v in visible if v.causality != "output"}
-    outputs = {v.variable.name: v.references for v in visible if v.causality == "output"}
-    # What has the name of an output but other references is only a part of an array, whose start value cannot be set.
-    return visible + [
-        v
-        for v in settable
-        if v.variable.name not in known and outputs.get(v.variable.name, v.references) == v.references
-    ]
+    return visible + [v for v in settable if v.variable.name not in known]
 
 
 def _relative(root: Any) -> dict[str, bool]:
@@ -102,20 +98,27 @@ def _relative(root: Any) -> dict[str, bool]:
     return {e.get("name") or e.getparent().get("name"): BOOLEANS[e.get("relativeQuantity")] for e in said}
 
 
-def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> dict[int, int]:
+@dataclass(frozen=True)
+class _Lengths:
     """The lengths of arrays that are values of variables, by the value references of these."""
+
+    values: Mapping[int, int]
+    changed: AbstractSet[int]
+    """The value references of those that are not what the file says, for which its start values are."""
+
+
+def _lengths(model: ModelDescription, values: Mapping[str, Any]) -> _Lengths:
     references = {d.valueReference for v in model.modelVariables for d in v.dimensions}
-    return {
-        v.valueReference: _length(values.get(v.name), v)
-        for v in model.modelVariables
-        if v.valueReference in references and v.start is not None
-    }
+    deciding = [v for v in model.modelVariables if v.valueReference in references and v.start is not None]
+    lengths = {v.valueReference: _length(values.get(v.name), v) for v in deciding}
+    changed = {v.valueReference for v in deciding if lengths[v.valueReference] != _length(None, v)}
+    return _Lengths(lengths, changed)
 
 
 def _settable(model: ModelDescription) -> Iterator[Any]:
     """Outputs and local variables whose start value may be set before the initialisation."""
     for v in model.modelVariables:
-        hidden = v.causality in ("output", "local", None) and v.initial in ("exact", "approx")
+        hidden = v.causality in ("output", "local", "calculatedParameter", None) and v.initial in ("exact", "approx")
         if hidden and v.variability != "constant" and v.type != "Clock" and v.alias is None:
             yield v
 
@@ -148,8 +151,7 @@ class _Facts:
 
     units: Mapping[str, BaseUnit]
     """The unit definitions."""
-    lengths: Mapping[int, int]
-    """The lengths of arrays that are values of variables, by the value references of these."""
+    lengths: _Lengths
     relative: Mapping[str, bool]
     """Whether values are differences, for the variables that say so themselves."""
     starts: Mapping[str, list[str]]
@@ -162,8 +164,8 @@ def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
     """A variable, as FMPy reads it, with its shape and start value."""
     shape: tuple[int, ...] = ()
     if variable.dimensions:  # there may be very many scalars
-        dimensions = variable.dimensions
-        shape = tuple(int(d.start) if d.start is not None else facts.lengths[d.valueReference] for d in dimensions)
+        dimensions, lengths = variable.dimensions, facts.lengths.values
+        shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in dimensions)
         if prod(shape) > LARGEST_ARRAY:
             raise ReadingError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     of_type = variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)
@@ -171,16 +173,24 @@ def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
     given = facts.starts.get(variable.name) or ([] if variable.start is None else [str(variable.start)])
     if quantity.type.is_number:
         given = " ".join(given).split()
+    if len(given) != 1 and variable.dimensions and _is_changed(variable, facts.lengths):
+        given = []  # which values the elements of an array of another shape have only the FMU knows
     start = [read_value(text, quantity.type, variable.name, "start value") for text in given]
     return DeclaredVariable(
         Variable(variable.name, quantity),
         _CAUSALITIES.get(variable.causality, ""),
         shaped(start, quantity) if start else None,
         [variable.valueReference],
+        variability=variable.variability or "",
         structural=variable.causality == "structuralParameter",
         clocks=tuple(clock.valueReference for clock in variable.clocks or ()),
         negated=variable.name in facts.negated and quantity.type is not Type.BOOLEAN,
     )
+
+
+def _is_changed(variable: Any, lengths: _Lengths) -> bool:
+    """Whether an array has another length than the file says."""
+    return any(d.valueReference in lengths.changed for d in variable.dimensions)
 
 
 def _quantity(variable: Any, shape: tuple[int, ...], units: Mapping[str, BaseUnit], *, relative: bool) -> Quantity:
@@ -209,66 +219,5 @@ def _without_offset(base: BaseUnit | None) -> BaseUnit | None:
     return None if base is None else replace(base, offset=0.0)
 
 
-def _enumeration(declared: Any) -> type[IntEnum]:
-    items = {item.name: int(item.value) for item in declared.items}
-    try:
-        return IntEnum(declared.name, items)  # type: ignore[return-value]
-    except ValueError:  # the name of an item is reserved in Python
-        return IntEnum(declared.name, {f"item {value}": value for value in items.values()})  # type: ignore[return-value]
-
-
-def _arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
-    """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar."""
-    grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], DeclaredVariable]]] = {}
-    for scalar in scalars:
-        match = _element(scalar.variable.name)
-        name = match["name"] if match else scalar.variable.name
-        index = tuple(int(i) for i in re.findall(r"\d+", match["index"])) if match else ()
-        grouped.setdefault((name, scalar.causality), []).append((index, scalar))
-    for (name, _), elements in grouped.items():
-        if len(elements) == 1 and not elements[0][0]:
-            yield elements[0][1]
-        else:
-            yield from _joined(name, elements)
-
-
-def _element(name: str) -> re.Match[str] | None:
-    """The name of an array and the indices, of the name of an element."""
-    return _ELEMENT.fullmatch(name) if name.endswith("]") else None  # most names are not, and there may be very many
-
-
-def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]]) -> Iterator[DeclaredVariable]:
-    parts = [part for _, part in sorted(elements, key=lambda element: element[0])]
-    indices = sorted(index for index, _ in elements)
-    first = indices[0]
-    shape = (
-        tuple(max(index[axis] for index in indices) - first[axis] + 1 for axis in range(len(first)))
-        if all(len(index) == len(first) for index in indices)
-        else ()
-    )
-    expected = [tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape)]
-    alike = {(p.variable.quantity.type, p.variable.quantity.unit, p.negated) for p in parts}
-    if not shape or set(first) - {0, 1} or indices != expected or len(alike) > 1:
-        yield from (part for _, part in elements)
-        return
-    quantity = replace(parts[0].variable.quantity, shape=shape)
-    starts = [part.start for part in parts]
-    start = None if None in starts else shaped(starts, quantity)
-    references = [reference for part in parts for reference in part.references]
-    yield replace(parts[0], variable=Variable(name, quantity), start=start, references=references)
-
-
-def whole_name(name: str, known: Mapping[str, Any]) -> str | None:
-    """The variable that a name stands for: itself, or the array of which it names an element.
-
-    Args:
-        name: The name.
-        known: The variables, by name.
-
-    Returns:
-        The name of the variable; None where there is none.
-    """
-    if name in known:
-        return name
-    match = _element(name)
-    return match["name"] if match and match["name"] in known else None
+def _enumeration(declared: Any) -> Enumeration:
+    return Enumeration(str(declared.name), tuple(Item(str(i.name), int(i.value)) for i in declared.items))

@@ -114,7 +114,7 @@ def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) 
     """Remarks on the functions of a library that has not been loaded. Raises `RequestError`."""
     where, version = f"{archive.path}, {archive.library}", archive.version
     prefix = function_prefix(exports, archive.interface_type.modelIdentifier, known_function(version))
-    missing = [n for n in all_functions(archive.description, version) if not {n, f"{prefix}{n}"} & exports]
+    missing = [n for n in all_functions(archive) if not {n, f"{prefix}{n}"} & exports]
     _refuse_incomplete(archive, missing, where)
     expected = f"{archive.interface_type.modelIdentifier}_" if version == Version.FMI1 else ""
     surprising = f"{archive.library}: the names of its functions begin with `{prefix}`" if prefix else ""
@@ -130,7 +130,7 @@ def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) 
 
 
 def _refuse_incomplete(archive: Archive, missing: Collection[str], where: str) -> None:
-    needed = needed_functions(archive.description, archive.version, archive.interface)
+    needed = needed_functions(archive)
     if lacking := [name for name in missing if name in needed]:
         found = f"a library without {listed(lacking, _LISTED)}"
         raise refuse(where, found, f"all functions of FMI {archive.version}.0", "Export the FMU again.")
@@ -160,7 +160,7 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
     try:
         identifier = archive.interface_type.modelIdentifier
         prefix = function_prefix(code.exports or (), identifier, known_function(archive.version))
-        names = all_functions(archive.description, archive.version)
+        names = all_functions(archive)
         _refuse_incomplete(
             archive, [n for n in names if not (hasattr(opened, n) or hasattr(opened, f"{prefix}{n}"))], where
         )

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import (
     FMU1Model,
     FMU1Slave,
@@ -16,7 +17,6 @@ from fmus.toolchain.fmpy_library import (
     FMU2Slave,
     FMU3Model,
     FMU3Slave,
-    ModelDescription,
     required_functions,
 )
 from fmus.toolchain.version import Version
@@ -77,14 +77,14 @@ _FMI2_TYPES: Final = {
 }
 
 
-def all_functions(model: ModelDescription, version: Version) -> list[str]:
+def all_functions(archive: Archive) -> list[str]:
     """All functions that FMI demands of the library of an FMU with the interface type that is used."""
     classes = {
         Version.FMI1: (FMU1Slave, FMU1Model),
         Version.FMI2: (FMU2Slave, FMU2Model),
         Version.FMI3: (FMU3Slave, FMU3Model),
     }
-    return required_functions(classes[version][model.coSimulation is None], version)
+    return required_functions(classes[archive.version][archive.is_model_exchange], archive.version)
 
 
 def known_function(version: Version) -> str:
@@ -97,16 +97,11 @@ def function_names(version: Version) -> str:
     return "fmi" if version == Version.FMI1 else f"fmi{version}"
 
 
-def needed_functions(model: ModelDescription, version: Version, interface: Interface) -> frozenset[str]:
-    """Those that a run calls.
-
-    Args:
-        model: The model description.
-        version: The version of FMI.
-        interface: What is known of the unit before it runs.
-    """
+def needed_functions(archive: Archive) -> frozenset[str]:
+    """Those that a run calls of the library of an FMU with the interface type that is used."""
+    model, version, interface = archive.description, archive.version, archive.interface
     names = [*_LIFE[version], *_access(version, interface)]
-    if model.coSimulation is not None:
+    if not archive.is_model_exchange:
         names += _CO_SIMULATION[version]
         names += _EVENT_MODE if interface.event_mode else ()
         names += _ROLL_BACK[version] if interface.rolls_back else ()

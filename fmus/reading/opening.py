@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from components.interfaces.problem import RequestError, refuse
+from components.interfaces.problem import RequestError, choices, refuse
 from components.interfaces.record import Variable
 from fmus.clock import clocks
-from fmus.reading.archive import VALID_FMU, Archive
-from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables, whole_name
+from fmus.reading.archive import VALID_FMU, Archive, InterfaceType, interface_types
+from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables
 from fmus.reading.description import WITHOUT_LENIENT, Description, read_description
+from fmus.reading.joined_arrays import whole_name
 from fmus.reading.library import with_library
 from fmus.reading.start_values import ReadingError
 from fmus.reading.unpack import read
@@ -29,19 +30,26 @@ from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 
 
-def open_fmu(path: Path, values: Mapping[str, Any] = MappingProxyType({}), *, lenient: bool = False) -> Archive:
+def open_fmu(
+    path: Path,
+    values: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    lenient: bool = False,
+    interface_type: InterfaceType | None = None,
+) -> Archive:
     """Read an FMU's description.
 
     Args:
         path: The FMU.
         values: The values of its parameters that are given; those of structural ones determine the lengths of arrays.
         lenient: Whether breaches of rules without which the FMU can be run become remarks.
+        interface_type: The interface type that is used; Co-Simulation, where it has that, if not given.
 
     Raises:
         RequestError: The file is no FMU, or not one that can run here.
     """
     with _without_garbage_collection():
-        return _open(path, values, lenient=lenient)
+        return _open(path, values, interface_type, lenient=lenient)
 
 
 @contextmanager
@@ -56,18 +64,19 @@ def _without_garbage_collection() -> Generator[None]:
             gc.enable()
 
 
-def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
+def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType | None, *, lenient: bool) -> Archive:
     where = str(path)
     content = read(path, {MODEL_DESCRIPTION}, where, VALID_FMU)
     if MODEL_DESCRIPTION not in content.files:
         raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID_FMU)
     description = read_description(content.files[MODEL_DESCRIPTION], where, lenient=lenient)
     variables = _variables(description, values, where, lenient=lenient)
+    chosen = _chosen(description.model, interface_type, where)
     archive = Archive(
         path,
         description.version,
         description.model,
-        _interface(description, variables),
+        _interface(description, variables, chosen),
         references={v.variable.name: v.references for v in variables},
         structural=tuple(v.variable.name for v in variables if v.structural),
         negated=frozenset(v.variable.name for v in variables if v.negated),
@@ -75,6 +84,7 @@ def _open(path: Path, values: Mapping[str, Any], *, lenient: bool) -> Archive:
         remarks=(*content.remarks, *description.remarks),
         files=content.names,
         root=description.root,
+        chosen=chosen,
     )
     if archive.interface_type.needsExecutionTool:
         archive = replace(archive, remarks=(*archive.remarks, "needs the tool that made it to be installed"))
@@ -96,8 +106,15 @@ def _variables(
         ) from error
 
 
-def _interface(description: Description, variables: list[DeclaredVariable]) -> Interface:
-    model = description.model
+def _chosen(model: ModelDescription, wanted: InterfaceType | None, where: str) -> InterfaceType:
+    offered = interface_types(model)
+    if wanted is not None and wanted not in offered:
+        raise refuse(where, f"no {wanted}", choices(offered), "Export it with both, or choose what it has.")
+    return wanted or offered[0]
+
+
+def _interface(description: Description, variables: list[DeclaredVariable], chosen: InterfaceType) -> Interface:
+    model, is_integrated = description.model, chosen is InterfaceType.MODEL_EXCHANGE
     inputs, outputs, parameters, initials = (
         [v.variable for v in variables if v.causality == causality]
         for causality in ("input", "output", "parameter", "initial")
@@ -108,14 +125,17 @@ def _interface(description: Description, variables: list[DeclaredVariable]) -> I
         outputs=tuple(outputs),
         parameters=tuple(parameters),
         feedthrough=_feedthrough(model, outputs, inputs),
-        output_after_set=model.coSimulation is None or _output_after_set(description.root),
+        output_after_set=is_integrated or _output_after_set(description.root),
         starts={v.variable.name: v.start for v in variables if v.start is not None},
-        rolls_back=_rolls_back(model),
-        event_mode=description.version == Version.FMI3 and bool(getattr(model.coSimulation, "hasEventMode", False)),
+        rolls_back=not is_integrated and bool(getattr(model.coSimulation, "canGetAndSetFMUstate", False)),
+        event_mode=description.version == Version.FMI3
+        and not is_integrated
+        and bool(getattr(model.coSimulation, "hasEventMode", False)),
         clocks=clocks(description.root),
         aliases=aliases(model, [v.variable.name for v in variables if v.negated]),
         undeclared=_undeclared(model, outputs),
         initials=tuple(initials),
+        variability={v.variable.name: v.variability for v in variables if v.causality != "output"},
     )
 
 
@@ -149,10 +169,6 @@ def _undeclared(model: ModelDescription, outputs: list[Variable]) -> frozenset[s
     known = {v.name: v for v in outputs}
     declared = {whole_name(u.variable.name, known) for u in model.outputs if u.variable and u.dependencies is not None}
     return frozenset(known.keys() - declared)
-
-
-def _rolls_back(model: ModelDescription) -> bool:
-    return bool(model.coSimulation and model.coSimulation.canGetAndSetFMUstate)
 
 
 def _output_after_set(root: Any) -> bool:

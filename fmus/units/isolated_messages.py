@@ -15,6 +15,7 @@ import numpy as np
 
 from components.interfaces.problem import Problem
 from components.interfaces.quantity import DTYPES, Type, zeros
+from fmus.reading.archive import InterfaceType
 from fmus.unit_interface import Interface
 from fmus.units.unit import Column, TypedColumns, widths
 
@@ -29,6 +30,7 @@ class Instantiation:
     path: Path
     parameters: Mapping[str, Any]
     lenient: bool
+    interface_type: InterfaceType
     memory: Path
     """The file that both processes map."""
 

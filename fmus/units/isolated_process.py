@@ -47,7 +47,9 @@ class _Host:
     """The unit, its columns, and the methods that may be called."""
 
     def __init__(self, request: Instantiation) -> None:
-        archive = open_fmu(request.path, request.parameters, lenient=request.lenient)
+        archive = open_fmu(
+            request.path, request.parameters, lenient=request.lenient, interface_type=request.interface_type
+        )
         self._unit = fmu_unit(request.name, archive)
         self._inputs, self._outputs = map_columns(archive.interface, request.memory)
         self._methods = _methods(self._unit, self._inputs, self._outputs)

@@ -64,7 +64,7 @@ class IsolatedUnit(Unit):
         self._inputs_sent, self._outputs_current = True, False
         self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": self._folder.name})
         try:
-            request = Instantiation(name, archive.path, dict(parameters), lenient, memory)
+            request = Instantiation(name, archive.path, dict(parameters), lenient, archive.chosen, memory)
             self._exchange("instantiate", request, _STARTING)
         except BaseException:
             self.close()

@@ -12,7 +12,7 @@ from orchestrator.command.console import out, print_notes, working
 from orchestrator.command.shared_options import Fmi, ScenarioRequest
 from orchestrator.scenario.options import Options
 
-EXPORT_OPTIONS: Final = ("settings", "fmi", "stop_time", "step", "algorithm", "lenient")
+EXPORT_OPTIONS: Final = ("settings", "fmi", "stop_time", "step", "algorithm", "lenient", "interface")
 """The shared options that the subcommand takes."""
 
 

@@ -27,6 +27,7 @@ RUN_OPTIONS: Final = (
     "solve_loops",
     "lenient",
     "isolate",
+    "interface",
     "record",
 )
 """The shared options that the subcommand takes."""

@@ -98,6 +98,16 @@ _SHARED: Final = (
         ],
     ),
     _option(
+        "interface",
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="[UNIT=]cs|me",
+                help="Run FMUs that have both as Co-Simulation (the default) or Model Exchange. Repeatable.",
+            ),
+        ],
+    ),
+    _option(
         "record",
         Annotated[
             list[str] | None,

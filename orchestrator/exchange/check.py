@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import Variable
@@ -159,17 +159,17 @@ def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out:
     return f"written: {target}, a mapping {'to fill in' if fitting.problems else 'to change as you like'}"
 
 
-_IN_WORDS: Final = {"CoSimulation": "Co-Simulation", "ModelExchange": "Model Exchange"}
-
-
 def _description(path: Path, archive: Archive) -> Iterator[str]:
     d: Any = archive.description
-    interfaces = " and ".join(_IN_WORDS[name] for name in archive.interface_types)
+    interfaces = " and ".join(kind.in_words for kind in archive.interface_types)
     yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {interfaces}"
     if d.description:
         yield f"  {d.description}"
     suffix = "" if archive.library else f"; none for this machine ({platform_tuple()})"
     sources = ", with sources" if any(name.startswith("sources/") for name in archive.files) else ""
+    if len(archive.interface_types) > 1:
+        other = next(kind for kind in archive.interface_types if kind is not archive.chosen)
+        yield f"  runs as {archive.chosen.in_words}; as {other.in_words} with --interface {other.short}"
     yield f"  runs on {', '.join(platforms(archive)) or 'no platform'}{suffix}{sources}"
     if d.generationTool:
         yield f"  made by {d.generationTool}{f', {d.generationDateAndTime}' if d.generationDateAndTime else ''}"
@@ -199,18 +199,36 @@ def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
 
 
 def _variables(theirs: Interface) -> list[str]:
-    groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters))
-    rows = [("variable", "", "type", "unit", "start", "")]
-    rows += [(f"  {v.name}", causality, *_row(v, theirs)) for causality, variables in groups for v in variables]
+    shown = {v.name for v in theirs.outputs}
+    starts = [v for v in theirs.initials if v.name not in shown]
+    groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters), ("local", starts))
+    rows = [("variable", "", "--set", "type", "unit", "start", "")]
+    settable = _settable(theirs)
+    rows += [
+        (f"  {v.name}", causality, *_row(v, theirs, settable)) for causality, variables in groups for v in variables
+    ]
     return _aligned(rows)
 
 
-def _row(v: Variable, theirs: Interface) -> tuple[str, ...]:
+def _settable(theirs: Interface) -> dict[str, str]:
+    """What may be set before the run besides inputs, each with what it is and its variability, by name."""
+    groups = (("start value", theirs.initials), ("", theirs.parameters))
+    words = {v.name: (what, theirs.variability.get(v.name, "")) for what, variables in groups for v in variables}
+    return {name: ", ".join(word for word in both if word) for name, both in words.items()}
+
+
+def _row(v: Variable, theirs: Interface, settable: Mapping[str, str]) -> tuple[str, ...]:
     q = v.quantity
     shape = f"[{', '.join(map(str, v.shape))}]" if v.shape else ""
     start = theirs.starts.get(v.name)
     text = "" if start is None else str(start.ravel()[0]) + " ..." if v.shape else str(start)
-    return f"{q.type}{shape}", q.unit if q.type.is_float else "", text, q.description if q.description != v.name else ""
+    return (
+        settable.get(v.name, ""),
+        f"{q.type}{shape}",
+        q.unit if q.type.is_float else "",
+        text,
+        q.description if q.description != v.name else "",
+    )
 
 
 def _rows(fitting: Fitting) -> list[str]:

@@ -14,6 +14,7 @@ from components.interfaces.socket import ANY_LENGTH
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapping_file import Amount, MappingFile
 from orchestrator.mapping.relations import amount_in, unit_given
+from orchestrator.system.value_texts import typed
 
 
 def signal_constant(signal: Variable, amount: Amount, mapping: MappingFile, problems: list[Problem]) -> Any:
@@ -73,7 +74,7 @@ def held_inputs(
 
 
 def _held(key: str, amount: Amount, q: Quantity, problems: list[Problem]) -> Any:
-    value: Any = amount.value
+    value: Any = typed(amount.value, q)
     if q.type.is_float and isinstance(value, int | float) and q.unit not in {"", amount.unit}:
         value = amount_in(q.unit, key, amount, problems)
     if value is not None:

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Self, final
 
 from typing_extensions import override
 
 from components.interfaces.problem import Problem, raise_if_any
+from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
+from components.interfaces.sockets import SOCKETS
 from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
-from orchestrator.mapping.mapping_file import MappingFile, written
-from orchestrator.system.source import Fmu, SourceDescription, UnitSource
+from orchestrator.mapping.mapping_file import Amount, MappingFile, written
+from orchestrator.system.source import Fmu, UnitSource
+from orchestrator.system.source_description import SourceDescription
 
 
 @final
@@ -40,8 +43,14 @@ class Mapped(UnitSource):
         return self.fitting.interface
 
     @override
-    def with_parameters(self, parameters: Mapping[str, Any]) -> Mapped:
-        return replace(self, fmu=self.fmu.with_parameters(parameters))
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Self:
+        fmu = self.fmu.with_parameters(parameters)
+        return self._fitted_again(fmu, self.fitting.mapping) if self.structural else replace(self, fmu=fmu)
+
+    def _fitted_again(self, fmu: Fmu, mapping: MappingFile) -> Self:
+        fitting = fit(fmu.path.stem, SOCKETS[mapping.socket or ""], fmu.interface, str(fmu.path), mapping)
+        raise_if_any(fitting.problems)
+        return replace(self, fmu=fmu, fitting=fitting)
 
     @override
     def in_own_process(self, patience: float) -> Mapped:
@@ -74,9 +83,48 @@ class Mapped(UnitSource):
         found = f"`{self.interface.kind}` behind a mapping, which other tools do not read"
         return Problem(unit, found, "an FMU with the names and units of its socket", "Export it so, or run it here.")
 
+    @property
+    @override
+    def has_own_values(self) -> bool:
+        return True
+
+    @property
+    @override
+    def structural(self) -> tuple[str, ...]:
+        return self.fmu.structural
+
+    @property
+    @override
+    def free_inputs(self) -> list[Variable]:
+        adaptation = self.fitting.adaptation
+        links = (*adaptation.inputs, *(rate.rate for rate in adaptation.rates))
+        driven = {name for link in links for name, _ in link.theirs}
+        return [v for v in self.fmu.interface.inputs if v.name not in driven]
+
+    @override
+    def holding(self, inputs: Mapping[str, Any]) -> Self:
+        return self._fitted_again(self.fmu, holding(self.fitting.mapping, inputs, self.fmu.interface))
+
+    @override
+    def declares(self, name: str) -> bool:
+        return self.fmu.declares(name)
+
     @override
     def single_instance(self) -> Path | None:
         return self.fmu.single_instance()
+
+
+def holding(mapping: MappingFile, values: Mapping[str, Any], theirs: Interface) -> MappingFile:
+    """A mapping in which inputs of the FMU that no signal drives hold other values.
+
+    Args:
+        mapping: The mapping.
+        values: The values, by the name of the input.
+        theirs: The interface of the FMU.
+    """
+    units = {v.name: v.quantity.unit for v in theirs.inputs}
+    held = {name: Amount(value, units[name]) for name, value in values.items()}
+    return replace(mapping, constants={**mapping.constants, **held})
 
 
 def fitted(

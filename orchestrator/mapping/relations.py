@@ -134,7 +134,7 @@ class EntryRelation:
     def _plain(self, theirs: Quantity) -> Linear | None:
         """Booleans, integers and enumerations have no unit of measurement; a number may stand for them."""
         ours = self.signal.quantity
-        items = [{i.name: i.value for i in q.enumeration} if q.enumeration else {} for q in (theirs, ours)]
+        items = [q.enumeration.values if q.enumeration else {} for q in (theirs, ours)]
         if ours.type is Type.ENUMERATION and items[0] and items[0] != items[1]:
             self._wrong(f"the enumeration {items[0]}", str(items[1]))
             return None

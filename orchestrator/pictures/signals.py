@@ -86,7 +86,7 @@ class Signal:
             return {}
         if quantity.type is Type.BOOLEAN:
             return {0: "false", 1: "true"}
-        return {item.value: item.name for item in quantity.enumeration or ()}
+        return quantity.enumeration.names if quantity.enumeration else {}
 
     @property
     def is_number(self) -> bool:

@@ -92,7 +92,7 @@ def _descriptions(system: System) -> dict[str, dict[str, str]]:
             q = variable.quantity
             description = {"unit": q.unit, "description": q.description}
             if q.type is Type.ENUMERATION and q.enumeration is not None:
-                description["items"] = json.dumps({item.name: item.value for item in q.enumeration})
+                description["items"] = json.dumps(q.enumeration.values)
             descriptions |= {f"{unit}.{element}": description for element in variable.elements}
     return descriptions
 

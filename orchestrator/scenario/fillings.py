@@ -14,15 +14,19 @@ from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity
 from components.interfaces.sockets import SOCKETS, standard_wiring
+from fmus.reading.archive import interface_type_named
 from fmus.unit_interface import Interface
-from orchestrator.mapping.mapped import fitted
+from orchestrator.mapping.mapped import fitted, holding
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
+from orchestrator.scenario.interface_choice import NO_CHOICE, InterfaceChoice
 from orchestrator.scenario.parameters import block_parameters
-from orchestrator.scenario.resolution import Resolution, Setting, resolve
+from orchestrator.scenario.resolution import Resolution, Setting, resolve, resolve_unit, with_lengths
 from orchestrator.scenario.scenario_file import SocketFilling
 from orchestrator.system.files import Given
+from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import Fmu, UnitSource
+from orchestrator.system.value_texts import typed
 
 FOREIGN: Final = (".fmu", ".toml")
 """The suffixes of FMUs and of mapping files."""
@@ -51,11 +55,20 @@ def filled_by_block(
         settings: The values that a person sets, which replace all others.
     """
     resolved = resolve(socket, block.parameters(), block_parameters(block.name), filling.parameters, settings)
-    return Filled(resolved, block, problems=resolved.problems)
+    problems = [*resolved.problems]
+    if filling.interface is not None:
+        problems.append(Problem(f"{socket}.interface", f"`{filling.interface}` for a block", "it for an FMU only"))
+    return Filled(resolved, block, problems=problems)
 
 
-def filled_by_fmu(
-    socket: str, filling: SocketFilling, mapping: MappingFile | None, settings: Sequence[Setting], *, lenient: bool
+def filled_by_fmu(  # noqa: PLR0913 - what a scenario and a person say of it
+    socket: str,
+    filling: SocketFilling,
+    mapping: MappingFile | None,
+    settings: Sequence[Setting],
+    choice: InterfaceChoice = NO_CHOICE,
+    *,
+    lenient: bool,
 ) -> Filled:
     """Fill a socket with an FMU, whose parameters are converted to its own units of measurement.
 
@@ -64,20 +77,26 @@ def filled_by_fmu(
         filling: The filling of the scenario, which names the FMU.
         mapping: The mapping of the FMU; without one, the names of its variables decide.
         settings: The values that a person sets, which replace those of the filling.
+        choice: The interface types that a person chooses.
         lenient: Whether the file may be used although it breaks rules of FMI.
 
     Raises:
         RequestError: The FMU cannot be read; other problems are those of the result.
     """
     path = Path(filling.fmu or "")
-    fmu = Fmu(path, lenient=lenient)
+    of_file = filling.interface and interface_type_named(filling.interface, f"{socket}.interface")
+    fmu = Fmu(path, lenient=lenient, interface_type=choice.of(socket, of_file or None))
+    fmu = with_lengths(socket, fmu, filling.parameters, settings)
     remarks = [f"{socket}: {path.name}: {remark}" for remark in fmu.archive.remarks]
     # Values that cannot be converted stay as they are, so that the resolution reports them.
     given = filling.parameters | in_units_of(filling.parameters, fmu.interface)[0]
-    resolved = resolve(socket, fmu.interface.parameters, given=given, settings=settings)
-    fmu = fmu if resolved.problems else fmu.with_parameters(resolved.values)
+    resolved = resolve_unit(socket, fmu, given, settings)
+    fmu = fmu if resolved.problems else fmu.with_parameters(resolved.of_role("parameters", "initials"))
+    if held := resolved.of_role("inputs"):
+        mapping = holding(mapping or MappingFile(f"--set {socket}"), held, fmu.interface)
     source, misfits, decisions = fitted(socket, SOCKETS[socket], fmu, mapping)
-    return Filled(resolved, fmu=source, problems=[*resolved.problems, *misfits], remarks=[*remarks, *decisions])
+    remarks += [*decisions, *own_values(socket, source)]
+    return Filled(resolved, fmu=source, problems=[*resolved.problems, *misfits], remarks=remarks)
 
 
 def wiring_of(units: Mapping[str, UnitSource]) -> dict[str, str]:
@@ -119,7 +138,8 @@ def chosen_fmu(
     chosen, _ = with_mapping(SocketFilling(fmu=request), socket)
     interface = Fmu(Path(chosen.fmu or ""), lenient=lenient).interface
     declared = {v.name for v in interface.parameters}
-    kept, other = in_units_of(filling.parameters, interface)
+    # a start value of theirs that happens to have the name of a parameter of ours is none
+    kept, other = in_units_of({n: g for n, g in filling.parameters.items() if n in declared}, interface)
     dropped = sorted(filling.parameters.keys() - declared - chosen.parameters.keys())
     if dropped:
         remarks.append(f"{socket}: `{request}` has no parameters {', '.join(dropped)}; the scenario's are not used")
@@ -164,7 +184,7 @@ def with_mapping(filling: SocketFilling, socket: str) -> tuple[SocketFilling, Ma
 
 
 def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str, Given], dict[str, str]]:
-    """Convert values to the units of measurement that an FMU declares for its parameters.
+    """Convert values to the units of measurement that an FMU declares for what can be set in it.
 
     A parameter without a unit of measurement takes the number as it is. A shorter array leaves the other elements of
     the FMU's array as they are.
@@ -176,7 +196,7 @@ def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str
     Returns:
         The converted values, and for each value that does not fit the reason, both by name.
     """
-    declared = {v.name: v.quantity for v in theirs.parameters}
+    declared = {v.name: v.quantity for role in ("parameters", "initials", "inputs") for v in getattr(theirs, role)}
     converted: dict[str, Given] = {}
     misfits: dict[str, str] = {}
     for name in (name for name in given if name in declared):
@@ -201,7 +221,7 @@ def _lengthened(value: Given, start: Any) -> Given:
 def _converted(value: Given, q: Quantity) -> Given | None:
     """The value in the unit of measurement of `q`; `None` where it measures another quantity."""
     if value.unit == q.unit or not (q.unit and q.type.is_float):
-        return value.model_copy(update={"unit": q.unit})
+        return value.model_copy(update={"unit": q.unit, "value": typed(value.value, q)})
     relation = unit_conversion(Quantity(value.unit, ""), q)
     given: Any = value.value
     items: list[Any] = given if isinstance(given, list) else [given]  # type: ignore[unknown]

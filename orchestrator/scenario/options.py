@@ -29,6 +29,8 @@ class Options:
     """Beginning of the run [s]; that of the scenario if not given."""
     tolerance: float | None = None
     """The relative tolerance that all FMUs are told; that of the scenario, or each FMU's own, if not given."""
+    interface: Sequence[str] = ()
+    """Interface types of FMUs that have both: `cs` or `me`, or for one unit `plant=me`."""
     record: Sequence[str] = ()
     """Patterns of the signals that are recorded, such as `controller.plan.*:10` for every tenth tick."""
     algorithm: str | None = None

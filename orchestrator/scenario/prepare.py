@@ -27,6 +27,7 @@ from orchestrator.scenario.fillings import (
     wiring_of,
     with_mapping,
 )
+from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.scenario.parameters import parameter_set
@@ -58,11 +59,12 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     name, content = read(request)
     settings = parse_settings(options.settings)
     fillings, mappings, remarks = _fillings(request, content, options, progress)
+    choice = interface_choice(options.interface, [socket for socket, f in fillings.items() if f.block is None])
     blocks = {s: block_named(f.block, f"{name}: {s}.block", s) for s, f in fillings.items() if f.block is not None}
     filled = {
         socket: filled_by_block(socket, filling, blocks[socket], settings[socket])
         if socket in blocks
-        else filled_by_fmu(socket, filling, mappings[socket], settings[socket], lenient=options.lenient)
+        else filled_by_fmu(socket, filling, mappings[socket], settings[socket], choice, lenient=options.lenient)
         for socket, filling in fillings.items()
     }
     remarks += [remark for one in filled.values() for remark in one.remarks]

@@ -42,6 +42,8 @@ class SocketFilling(BaseModel):
     fmu: str | None = None
     mapping: str | None = None
     """The mapping file by which the FMU that it names, or `fmu`, fits the socket."""
+    interface: str | None = None
+    """The interface type of an FMU that has both: `CoSimulation` or `ModelExchange`."""
     use: list[str] = []
     """Parameter files, whose values `parameters` replaces."""
     step: Given | None = None

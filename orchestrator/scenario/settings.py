@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Sequence
-from typing import Any
 
 from components.interfaces.problem import Problem, choices, raise_if_any
 from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.resolution import Setting
 
-_SETTING = re.compile(r"(?P<unit>\w+)\.(?P<name>[\w.]+)(?:\[(?P<index>\d+)\])?=(?P<value>.+)")
+_SETTING = re.compile(r"(?P<unit>[^.=]+)\.(?P<assignment>.+?=.*)", re.DOTALL)
 
 
 def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str, list[Setting]]:
@@ -39,9 +37,7 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
         elif not any_unit and match["unit"] not in settings:
             problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(settings)))
         else:
-            index = None if match["index"] is None else int(match["index"])
-            setting = Setting(match["unit"], match["name"], index, _literal(match["value"]))
-            settings.setdefault(match["unit"], []).append(setting)
+            settings.setdefault(match["unit"], []).append(Setting(match["unit"], match["assignment"]))
     raise_if_any(problems)
     return settings
 
@@ -73,10 +69,3 @@ def parse_record(texts: Sequence[str]) -> dict[str, int]:
             problems.append(Problem(f"--record {text}", "text of another form", _RECORD, "Try plant.*:10."))
     raise_if_any(problems)
     return choice
-
-
-def _literal(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text  # The check of the parameter reports which values are valid.

@@ -10,12 +10,13 @@ from typing import Any
 
 from components.interfaces.problem import choices, raise_if_any, refuse
 from fmus.unit_interface import SuggestedExperiment
+from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.resolution import Setting, resolve
+from orchestrator.scenario.resolution import Setting, resolve_unit, with_lengths
 from orchestrator.scenario.suggested_times import suggested_step, whole_steps
 from orchestrator.system.experiment import Scenario, macro_step
-from orchestrator.system.files import Given
+from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 
@@ -32,41 +33,39 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         RequestError: The FMU cannot be used, or a setting or an option is wrong.
     """
     unit = "fmu"
-    fmu = Fmu(path, lenient=options.lenient)
-    archive, interface = fmu.archive, fmu.interface
     if unknown := settings.keys() - {unit}:
         raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
+    choice = interface_choice(options.interface, [unit])
     mine = settings.get(unit, ())
-    inputs = {v.name for v in interface.inputs}
-    resolved = resolve(unit, interface.parameters, settings=[s for s in mine if s.name not in inputs])
-    start_values = {
-        v.name: Given(value=_plain(interface.starts[v.name]), unit=v.quantity.unit, source="its start value")
-        for v in interface.inputs
-        if v.name in interface.starts
-    }
-    held = resolve(unit, interface.inputs, given=start_values, settings=[s for s in mine if s.name in inputs])
-    raise_if_any([*resolved.problems, *held.problems])
+    fmu = with_lengths(unit, Fmu(path, lenient=options.lenient, interface_type=choice.of(unit)), settings=mine)
+    resolved = resolve_unit(unit, fmu, settings=mine)
+    raise_if_any(resolved.problems)
+    fmu = fmu.with_parameters(resolved.of_role("parameters", "initials"))
+    archive, inputs = fmu.archive, {v.name for v in fmu.interface.inputs}
+    held = {name: _plain(start) for name, start in fmu.interface.starts.items() if name in inputs}
+    held |= resolved.of_role("inputs")
     start, h, until, remarks = _times(archive.suggested, options)
-    unset = sorted(inputs - held.values.keys())
+    unset = sorted(inputs - held.keys())
     if unset:
         remarks += (f"nothing drives or sets the inputs {choices(unset)}: they keep the values inside the FMU",)
-    if held.values:
-        inputs_text = ", ".join(f"{held.path(name)} = {value}" for name, value in held.values.items())
+    if held:
+        inputs_text = ", ".join(f"{resolved.path(name)} = {value}" for name, value in held.items())
         remarks += (f"nothing drives the inputs {inputs_text}",)
+    remarks += (*own_values(unit, fmu),)
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=archive.title,
         system=System(
-            isolated({unit: fmu.with_parameters(resolved.values)}, options.isolate),
+            isolated({unit: fmu}, options.isolate),
             {},
-            {held.path(name): value for name, value in held.values.items()},
+            {resolved.path(name): value for name, value in held.items()},
             unset={f"{unit}.{name}" for name in unset},
         ),
         scene=None,
         h=h,
         until=until,
         start=start,
-        sources=resolved.sources,
+        sources={path: told for path, told in resolved.sources.items() if path.partition(".")[2] not in held},
         remarks=(*archive.remarks, *remarks),
     )
 

@@ -16,12 +16,12 @@ from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.connection_graph import ConnectionGraph, ResolvedConnection, is_inside
-from orchestrator.ssp.connections import ElementIndex
 from orchestrator.ssp.conversion import composed, constant
 from orchestrator.ssp.parameter_values import ParameterValue, ParameterValues
-from orchestrator.ssp.ssp_units import SspUnit, UnitVariable
+from orchestrator.ssp.ssp_units import SspUnit
 from orchestrator.ssp.transformations import ConversionStep
 from orchestrator.ssp.types import DeclaredType
+from orchestrator.system.named_variables import ElementIndex, UnitVariable
 
 _SHOWN_ELEMENTS: Final = 4
 """The elements of an array that a remark shows."""
@@ -66,6 +66,7 @@ class Assembly:
         held: The values of inputs that nothing drives, by input.
         unset: The inputs for which nobody has a value.
         undriven: The inputs that nothing drives or sets.
+        outgrown: The variables whose values in the SSP are for other lengths of arrays than a person chose.
         places: The file and line of connections and values, by the path that a problem of the system has.
     """
 
@@ -78,6 +79,7 @@ class Assembly:
     held: dict[str, Any] = field(default_factory=dict[str, Any])
     unset: set[str] = field(default_factory=set[str])
     undriven: list[UndrivenInput] = field(default_factory=list[UndrivenInput])
+    outgrown: set[str] = field(default_factory=set[str])
     places: dict[str, str] = field(default_factory=dict[str, str])
 
     def connect(self, unit: SspUnit) -> None:
@@ -118,6 +120,16 @@ class Assembly:
                     given[name] = value
         self.places |= {f"{unit.name}.{name}": value.step.where for name, (_, value) in given.items()}
         return given
+
+    def driver(self, unit: SspUnit, target: UnitVariable) -> str | None:
+        """The output that drives an input, or one of its elements; None where none does."""
+        whole = f"{unit.name}.{target.variable.name}"
+        if target.index is not None:
+            return self.wiring.get(
+                f"{unit.name}.{_element_name(target.variable, target.index)}", self.wiring.get(whole)
+            )
+        driven = [whole, *(f"{unit.name}.{element}" for element in target.variable.elements)]
+        return next((self.wiring[path] for path in driven if path in self.wiring), None)
 
     def placed(self, problem: Problem) -> Problem:
         """A problem of the system with the place in the SSP that it comes from, where that is known."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from components.interfaces.problem import did_you_mean
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connections import Connector, ConnectorPath, ElementIndex, SspConnection
-from orchestrator.ssp.ssp_units import SspUnit, UnitVariable
+from orchestrator.ssp.connections import Connector, ConnectorPath, SspConnection
+from orchestrator.ssp.ssp_units import SspUnit
 from orchestrator.ssp.system_elements import SspSystem
 from orchestrator.ssp.transformations import ConversionStep
+from orchestrator.system.named_variables import ElementIndex, UnitVariable
 
 
 @dataclass(frozen=True)

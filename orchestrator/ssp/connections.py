@@ -12,11 +12,10 @@ from orchestrator.ssp.transformations import ConversionStep, read_transformation
 from orchestrator.ssp.types import DeclaredType
 from orchestrator.ssp.vocabulary import Attribute, ConnectorKind
 from orchestrator.ssp.xml import Node, is_true
+from orchestrator.system.named_variables import ElementIndex
 
 ConnectorPath: TypeAlias = tuple[tuple[str, ...], str]
 """A connector in the whole structure: the path of its element, and its name."""
-ElementIndex: TypeAlias = tuple[int, ...] | None
-"""One element of an array, counted from 1; None stands for the whole array."""
 
 _UNKNOWN: Final = ""
 _ANY: Final = frozenset({ConnectorKind.INOUT, _UNKNOWN})

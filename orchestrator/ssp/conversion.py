@@ -11,11 +11,11 @@ from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transform
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connections import ElementIndex
 from orchestrator.ssp.parameter_values import ParameterValue
 from orchestrator.ssp.transformations import ConversionStep, DeclaredTransformation, EnumerationMapping
 from orchestrator.ssp.types import DeclaredType, EnumerationItems, items_of
 from orchestrator.ssp.xml import TRUTHS
+from orchestrator.system.named_variables import ElementIndex
 
 
 def composed(start: DeclaredType, steps: Sequence[ConversionStep], findings: Findings) -> Transformation | None:

@@ -14,12 +14,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-import numpy as np
-
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
+from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve
@@ -28,8 +27,9 @@ from orchestrator.ssp.archive import VALID_SSP, Document, Findings, alternatives
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.connection_graph import ConnectionGraph
 from orchestrator.ssp.default_experiment import read_experiment
-from orchestrator.ssp.parameter_values import ParameterValue, gather_values
-from orchestrator.ssp.ssp_units import SspUnit, open_units, opened
+from orchestrator.ssp.parameter_values import gather_values
+from orchestrator.ssp.set_values import ValueSources, held_values, with_own_lengths, with_values
+from orchestrator.ssp.ssp_units import SspUnit, open_units
 from orchestrator.ssp.structure import read_structure
 from orchestrator.ssp.system_elements import SspSystem
 from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, SSD, Attribute, Tag
@@ -52,8 +52,6 @@ OPEN_LOOP: Final = (
 
 SettingsByUnit: TypeAlias = Mapping[str, Sequence[Setting]]
 """What a person sets, by unit; `scene` stands for the scene."""
-_Sources: TypeAlias = dict[str, Mapping[str, Any]]
-"""Value, unit of measurement and source of parameters, by full path."""
 
 
 def read(path: Path, settings: SettingsByUnit | None = None, options: Options = UNCHANGED) -> Scenario:
@@ -71,14 +69,16 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     document, root = _opened(path, findings)
     annotation = read_annotation(document)
     known = annotation or NO_ANNOTATION
-    ssp_units = open_units(root, findings, ours=annotation is not None)
+    ssp_units = open_units(root, findings, interface_choice(options.interface), ours=annotation is not None)
     suggested = {unit.name: unit.source.suggested for unit in ssp_units.values()}
     experiment = read_experiment(document, annotation, options, suggested)
     units, assembly, sources = _units(root, ssp_units, findings, settings)
     requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items()]
     units = findings.attempt(lambda: isolated(units, [*requests, *options.isolate])) or units
+    of_annotation: dict[str, Any] = findings.attempt(lambda: known.held_values(units)) or {}
+    held, of_inputs = held_values(ssp_units.values(), settings, assembly, of_annotation)
     scene, scene_sources = _scene(known, settings.get("scene", ()), findings)
-    system = _system(units, assembly, annotation, _steps(annotation, ssp_units, experiment.step))
+    system = _system(units, assembly, held, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
     findings.remarks += [*_undriven(assembly, known), *enumeration_remarks(system)]
@@ -95,7 +95,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
         until=experiment.until,
         start=experiment.start,
         tolerance=known.tolerance,
-        sources={**sources, **known.sources, **scene_sources},
+        sources={**sources, **of_inputs, **known.sources, **scene_sources},
         record=known.record,
         algorithm=Algorithm.JACOBI if late else algorithm_named(known.algorithm),
         solve_loops=known.solve_loops,
@@ -106,6 +106,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
 def _system(
     units: Mapping[str, UnitSource],
     assembly: Assembly,
+    held: Mapping[str, Any],
     annotation: ScenarioAnnotation | None,
     steps: Mapping[str, Fraction],
 ) -> System | None:
@@ -115,7 +116,7 @@ def _system(
             units=units,
             wiring=assembly.wiring,
             unset=assembly.unset,
-            held=assembly.held | (annotation or NO_ANNOTATION).held_values(units),
+            held=held,
             sockets=_sockets(annotation, units),
             transformations=assembly.transformations,
             unconverted=frozenset(assembly.unconverted),
@@ -165,24 +166,18 @@ def _plain_name(name: str) -> str:
 
 def _units(
     root: SspSystem, ssp_units: dict[tuple[str, ...], SspUnit], findings: Findings, settings: SettingsByUnit
-) -> tuple[dict[str, UnitSource], Assembly, _Sources]:
+) -> tuple[dict[str, UnitSource], Assembly, ValueSources]:
     """All units with their parameter values, how they are connected, and where the values come from."""
     values = gather_values(
         root, lambda component, name: component.path in ssp_units and ssp_units[component.path].has(name)
     )
     assembly = Assembly(findings, values, ConnectionGraph(root, ssp_units, findings))
     for path, unit in ssp_units.items():
-        if unit.structural:
-            given = {n: v for n, (v, _) in assembly.parameters(unit, unit.structural).items()}
-            given |= {
-                s.name: s.value for s in settings.get(unit.name, ()) if s.name in unit.structural and s.index is None
-            }
-            ssp_units[path] = unit.opened_with(given, findings)
+        ssp_units[path] = with_own_lengths(unit, settings.get(unit.name, ()), assembly)
     units: dict[str, UnitSource] = {}
-    sources: _Sources = {}
+    sources: ValueSources = {}
     for unit in ssp_units.values():
-        given = assembly.parameters(unit)
-        units[unit.name], of_unit = _with_values(unit, given, settings.get(unit.name, ()), assembly)
+        units[unit.name], of_unit = with_values(unit, settings.get(unit.name, ()), assembly)
         sources |= of_unit
         _refuse_other_values(unit, assembly)
     for unit in ssp_units.values():
@@ -192,30 +187,6 @@ def _units(
             where = f"--set {name}.{settings[name][0].name}"
             findings.add_problem(where, f"the unknown unit `{name}`", choices(units), did_you_mean(name, units))
     return units, assembly, sources
-
-
-def _with_values(
-    unit: SspUnit,
-    values_of_file: Mapping[str, tuple[Any, ParameterValue]],
-    settings: Sequence[Setting],
-    assembly: Assembly,
-) -> tuple[UnitSource, _Sources]:
-    """The source of a unit with the values of the file and a person's settings, and where they come from."""
-    settable = (*unit.source.interface.parameters, *unit.source.interface.initials)
-    declared = {v.name: v.quantity.unit for v in settable}
-    given = {n: Given(value=v, unit=declared[n], source=value.origin) for n, (v, value) in values_of_file.items()}
-    for setting in settings:
-        assembly.places.pop(f"{unit.name}.{setting.name}", None)  # what is wrong with it does not stand in the file
-        # one element changes; the others stay as the unit has them
-        start = unit.source.interface.starts.get(setting.name)
-        if setting.index is not None and setting.name not in given and isinstance(start, np.ndarray):
-            given[setting.name] = Given(value=start.tolist(), unit=declared[setting.name], source="start values")
-    resolved = resolve(unit.name, settable, given=given, settings=settings)
-    assembly.findings.problems += [assembly.placed(p) for p in resolved.problems]
-    source = unit.source.with_parameters(resolved.values)
-    if unit.structural and opened(source, unit.component, assembly.findings) is None:
-        source = unit.source
-    return source, resolved.sources
 
 
 def _refuse_other_values(unit: SspUnit, assembly: Assembly) -> None:
@@ -253,7 +224,7 @@ def _sockets(annotation: ScenarioAnnotation | None, units: Mapping[str, UnitSour
 
 def _scene(
     annotation: ScenarioAnnotation, settings: Sequence[Setting], findings: Findings
-) -> tuple[Scene | None, _Sources]:
+) -> tuple[Scene | None, ValueSources]:
     """The scene of our annotation with a person's settings, and where these come from."""
     if not annotation.scene:
         for setting in settings:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
-
-import numpy as np
+from typing import Final
 
 from components.interfaces.conversion import IDENTITY, unit_conversion
 from components.interfaces.problem import RequestError, choices, did_you_mean, refuse
@@ -17,16 +15,18 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
-from fmus.reading.archive import INTERFACE_TYPES, Archive
+from fmus.reading.archive import InterfaceType
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import mapped
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.catalogue import block_named
+from orchestrator.scenario.interface_choice import NO_CHOICE, InterfaceChoice
 from orchestrator.ssp.archive import Findings
-from orchestrator.ssp.connections import Connector, ElementIndex
+from orchestrator.ssp.connections import Connector
 from orchestrator.ssp.system_elements import Component, SspSystem
 from orchestrator.ssp.types import DeclaredType, items_of
-from orchestrator.ssp.vocabulary import BLOCK_SOURCE, MAPPING_SUFFIX, ConnectorKind
+from orchestrator.ssp.vocabulary import ANY_IMPLEMENTATION, BLOCK_SOURCE, MAPPING_SUFFIX, ConnectorKind
+from orchestrator.system.named_variables import UnitVariable, variables_of_role
 from orchestrator.system.source import Fmu, InProcess, UnitSource
 
 _KINDS: Final = {
@@ -39,26 +39,6 @@ _KINDS: Final = {
 _NOT_EXCHANGED: Final = (ConnectorKind.LOCAL, ConnectorKind.CALCULATED_PARAMETER, ConnectorKind.CONSTANT)
 _MOST_CHOICES: Final = 30
 """The most names that a message lists as valid."""
-
-
-@dataclass(frozen=True)
-class UnitVariable:
-    """What the name of a connector means in a unit: a variable, or one element of it.
-
-    Attributes:
-        role: `inputs`, `outputs`, `parameters`, `initials` or `clocks`.
-        variable: The variable.
-        index: The element; None for the whole variable.
-    """
-
-    role: str
-    variable: Variable
-    index: ElementIndex = None
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The lengths of the array; empty for a scalar and for an element."""
-        return () if self.index else self.variable.shape
 
 
 @dataclass(frozen=True)
@@ -82,7 +62,7 @@ class SspUnit:
     @staticmethod
     def of(name: str, component: Component, source: UnitSource) -> SspUnit:
         """The unit with all variables of its source."""
-        return SspUnit(name, component, source, _variables(source), dict(_variables_of_role(source, "initials")))
+        return SspUnit(name, component, source, _variables(source), dict(variables_of_role(source, "initials")))
 
     def declared(self, variable: Variable) -> DeclaredType:
         """The type of a variable; its connector may give the unit of measurement that the source leaves open."""
@@ -93,9 +73,8 @@ class SspUnit:
             unit, base = (None, None) if connector is None else (connector.declared.unit, connector.declared.base)
         return DeclaredType(str(q.type), unit, base, items_of(q.enumeration) or None, variable.shape)
 
-    def opened_with(self, values: Mapping[str, Any], findings: Findings) -> SspUnit:
-        """The unit with values of its structural parameters; unchanged where the findings say that they do not fit."""
-        source = self.source.with_parameters(values)
+    def opened_with(self, source: UnitSource, findings: Findings) -> SspUnit:
+        """The unit with a source of other lengths of arrays; unchanged where the findings say that they do not fit."""
         if opened(source, self.component, findings) is None:
             return self
         return SspUnit.of(self.name, self.component, source)
@@ -116,7 +95,9 @@ class SspUnit:
         return name in self.variables or self.source.declares(name)
 
 
-def open_units(root: SspSystem, findings: Findings, *, ours: bool) -> dict[tuple[str, ...], SspUnit]:
+def open_units(
+    root: SspSystem, findings: Findings, choice: InterfaceChoice = NO_CHOICE, *, ours: bool
+) -> dict[tuple[str, ...], SspUnit]:
     """All components as units, by the path of the component; without those that the findings refuse.
 
     A unit has the name of its component. In a system of another maker, `inner` in the system `outer` is the unit
@@ -126,6 +107,7 @@ def open_units(root: SspSystem, findings: Findings, *, ours: bool) -> dict[tuple
     Args:
         root: The outermost system.
         findings: Where problems and remarks are gathered.
+        choice: The interface types that a person chooses.
         ours: Whether this program wrote the SSP.
     """
     units: dict[tuple[str, ...], SspUnit] = {}
@@ -133,11 +115,11 @@ def open_units(root: SspSystem, findings: Findings, *, ours: bool) -> dict[tuple
     for component in (e for e in root.walk() if isinstance(e, Component)):
         name = component.name if ours else _unused("_".join(re.sub(r"\W", "_", n) for n in component.path), taken)
         taken.add(name)
-        source = _source(component, findings, lenient=findings.lenient or ours)
+        kind = choice.of(name, _implementation(component, findings))
+        source = _source(component, findings, kind, lenient=findings.lenient or ours)
         if source is not None:
-            units[component.path] = unit = SspUnit.of(name, component, source)
-            for connector in component.connectors.values():
-                _compare(unit, connector, findings)
+            units[component.path] = SspUnit.of(name, component, source)
+    findings.problems += choice.problems(unit.name for unit in units.values() if unit.component.file is not None)
     renamed = [f"`{unit.name}` is `{'.'.join(path)}`" for path, unit in units.items() if ".".join(path) != unit.name]
     if renamed:
         findings.remarks.append(f"units: {', '.join(renamed)}")
@@ -153,7 +135,9 @@ def _unused(name: str, taken: set[str]) -> str:
     return unused
 
 
-def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitSource | None:
+def _source(
+    component: Component, findings: Findings, kind: InterfaceType | None, *, lenient: bool
+) -> UnitSource | None:
     if component.block:
         return findings.attempt(
             lambda: InProcess(block_named(component.block.removeprefix(BLOCK_SOURCE), component.where), {})
@@ -161,28 +145,23 @@ def _source(component: Component, findings: Findings, *, lenient: bool) -> UnitS
     if component.file is None:
         return None  # the structure has a problem for it already
     if component.file.suffix == MAPPING_SUFFIX:
-        return findings.attempt(partial(_mapped, component.name, component.file, lenient=lenient))
-    source = Fmu(component.file, {}, lenient)
+        return findings.attempt(partial(_mapped, component.name, component.file, kind, lenient=lenient))
+    source = Fmu(component.file, {}, lenient, interface_type=kind)
     if opened(source, component, findings) is None:
         return None
     remarks = [f"{component.file.name}: {remark}" for remark in source.archive.remarks]
     findings.remarks += [remark for remark in remarks if remark not in findings.remarks]
-    return source if _has_implementation(source.archive, component, component.file.name, findings) else None
+    return source
 
 
-def _has_implementation(archive: Archive, component: Component, file: str, findings: Findings) -> bool:
-    """Whether an FMU has the FMI type that its component asks for; the findings say where it has not."""
-    implementation = component.implementation
-    present = archive.interface_types
-    if implementation in INTERFACE_TYPES and implementation not in present:
-        valid = choices(present)
-        findings.add_problem(component.where, f"no {implementation} in {file}", valid)
-        return False
-    if implementation in present and implementation != present[0]:
-        found = f"{implementation} asked for of {file}, which has CoSimulation too"
-        valid = "CoSimulation, which is used where there is a choice, or any"
-        findings.add_breach(component.where, found, valid)
-    return True
+def _implementation(component: Component, findings: Findings) -> InterfaceType | None:
+    """The interface type that the SSP asks for; None where it leaves that open."""
+    if component.implementation in (*InterfaceType,):
+        return InterfaceType(component.implementation)
+    if component.implementation != ANY_IMPLEMENTATION:
+        valid = choices([*InterfaceType, ANY_IMPLEMENTATION])
+        findings.add_problem(component.where, f"the implementation `{component.implementation}`", valid)
+    return None
 
 
 def opened(source: UnitSource, component: Component, findings: Findings) -> Interface | None:
@@ -197,17 +176,17 @@ def opened(source: UnitSource, component: Component, findings: Findings) -> Inte
         return None
 
 
-def _mapped(name: str, file: Path, *, lenient: bool) -> UnitSource:
+def _mapped(name: str, file: Path, kind: InterfaceType | None, *, lenient: bool) -> UnitSource:
     """The FMU that a mapping file names, behind the socket that it names. Raises `RequestError`."""
     mapping = read_mapping(file)
     if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
         raise refuse(f"{file.name}: fmu", f"`{mapping.fmu or ''}`", "the name of an FMU beside it in the archive")
-    return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient), mapping)
+    return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient, interface_type=kind), mapping)
 
 
 def _variables(source: UnitSource) -> dict[str, UnitVariable]:
     """Inputs, outputs and parameters by name, by element and by alias, and the clocks."""
-    named = {n: v for role in ("inputs", "outputs", "parameters") for n, v in _variables_of_role(source, role)}
+    named = {n: v for role in ("inputs", "outputs", "parameters") for n, v in variables_of_role(source, role)}
     aliases = source.interface.aliases.items()
     aliased = {alias: named[name] for alias, name in aliases if name in named and alias not in named}
     clocks = {
@@ -217,16 +196,15 @@ def _variables(source: UnitSource) -> dict[str, UnitVariable]:
     return named | aliased | clocks
 
 
-def _variables_of_role(source: UnitSource, role: str) -> Iterator[tuple[str, UnitVariable]]:
-    """The variables of a role, and the elements of arrays as the file spells them."""
-    for variable in getattr(source.interface, role):
-        yield variable.name, UnitVariable(role, variable)
-        if not variable.shape:
-            continue
-        spelled = source.element_names(variable, role)
-        names = spelled if len(spelled) == variable.size else variable.elements
-        for name, index in zip(names, np.ndindex(*variable.shape), strict=True):
-            yield name, UnitVariable(role, variable, tuple(i + 1 for i in index))
+def compare(unit: SspUnit, findings: Findings) -> None:
+    """Find what of a unit's connectors does not agree with its variables.
+
+    Args:
+        unit: The unit, whose arrays have the lengths that the SSP gives them.
+        findings: Where problems and remarks are gathered.
+    """
+    for connector in unit.component.connectors.values():
+        _compare(unit, connector, findings)
 
 
 def _compare(unit: SspUnit, connector: Connector, findings: Findings) -> None:

@@ -23,6 +23,7 @@ from orchestrator.ssp.system_elements import (
 )
 from orchestrator.ssp.types import Definitions, number, read_type
 from orchestrator.ssp.vocabulary import (
+    ANY_IMPLEMENTATION,
     BLOCK_TYPE,
     DEFINITION_TYPE,
     DESCRIPTION_FILE,
@@ -149,7 +150,10 @@ def _component(node: Node, context: _Context, name: str) -> SystemElement | None
     if kind == BLOCK_TYPE:
         component = Component(name, context.path, where, block=source)
     elif kind in {FMU_TYPE, MAPPING_TYPE}:
-        file, implementation = resolve_uri(document, source, where), node.get(Attribute.IMPLEMENTATION) or "any"
+        file, implementation = (
+            resolve_uri(document, source, where),
+            node.get(Attribute.IMPLEMENTATION) or ANY_IMPLEMENTATION,
+        )
         component = Component(name, context.path, where, file=file, implementation=implementation)
         hint = node.find(f".//{{*}}{Tag.STEP_SIZE_HINT}")
         component.step_size = None if hint is None else number(document, hint, Attribute.VALUE)

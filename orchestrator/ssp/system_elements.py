@@ -8,6 +8,7 @@ from pathlib import Path
 
 from orchestrator.ssp.connections import Connector, ConnectorPath, SspConnection
 from orchestrator.ssp.types import Definitions
+from orchestrator.ssp.vocabulary import ANY_IMPLEMENTATION
 from orchestrator.ssp.xml import Node
 
 
@@ -67,7 +68,7 @@ class Component(SystemElement):
 
     file: Path | None = None
     block: str = ""
-    implementation: str = "any"
+    implementation: str = ANY_IMPLEMENTATION
     step_size: float | None = None
 
     @property

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property
 from typing import Any, Final, TypeAlias
 
+from components.interfaces.items import Enumeration
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
@@ -154,7 +154,7 @@ def add_type(parent: Node, space: str, q: Quantity, *, ssp1: bool) -> Node:
     if has_unit(q):
         node.set(Attribute.UNIT, q.unit)
     if q.type is Type.ENUMERATION and q.enumeration is not None:
-        node.set(Attribute.NAME, q.enumeration.__name__)
+        node.set(Attribute.NAME, q.enumeration.name)
     return node
 
 
@@ -164,6 +164,6 @@ def add_dimensions(parent: Node, variable: Variable) -> None:
         add(parent, SSC, Tag.DIMENSION, {Attribute.SIZE: str(n)})
 
 
-def items_of(enumeration: type[IntEnum] | None) -> dict[str, int]:
+def items_of(enumeration: Enumeration | None) -> dict[str, int]:
     """The items of an enumeration of the quantities; empty where there is none."""
-    return {} if enumeration is None else {item.name: item.value for item in enumeration}
+    return {} if enumeration is None else enumeration.values

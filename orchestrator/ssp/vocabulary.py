@@ -169,6 +169,8 @@ class ConnectorKind(StrEnum):
     LOCAL = "local"
 
 
+ANY_IMPLEMENTATION: Final = "any"
+"""What stands for the name of an interface type of FMI where the SSP asks for none."""
 SSP1_TYPES: Final = {Tag.REAL: Type.FLOAT64, Tag.INTEGER: Type.INT32}
 """The type elements of SSP 1.0 that SSP 2.0 names otherwise."""
 TYPES: Final = {str(tag): kind for tag, kind in SSP1_TYPES.items()} | {str(kind): kind for kind in Type}

@@ -163,6 +163,8 @@ def _add_component(parent: Node, scenario: Scenario, name: str, *, ssp1: bool) -
     source = system.units[name]
     kind, path = _type_and_source(system, name)
     component = add(parent, SSD, Tag.COMPONENT, {Attribute.NAME: name, Attribute.TYPE: kind, Attribute.SOURCE: path})
+    if (interface_type := source.describe().interface_type) is not None:
+        component.set(Attribute.IMPLEMENTATION, interface_type)
     connectors = add(component, SSD, Tag.CONNECTORS)
     variables = _connected_variables(system, name, ssp1=ssp1)
     for connector_kind, of_kind in variables.items():

@@ -56,7 +56,7 @@ def literal(value: Any, q: Quantity) -> str:
     if q.type is Type.BINARY:
         return bytes(value).hex()
     if q.enumeration is not None:
-        return q.enumeration(int(value)).name
+        return q.enumeration.names[int(value)]
     return repr(float(value)) if q.type.is_float else str(value)
 
 
@@ -80,7 +80,7 @@ def unit_definitions(quantities: Sequence[Quantity]) -> dict[str, dict[str, str]
 
 def add_enumerations(root: Node, quantities: Sequence[Quantity]) -> None:
     """Add the definitions of all enumerations in use to a system structure description."""
-    enumerations = {q.enumeration.__name__: q.enumeration for q in quantities if q.enumeration is not None}
+    enumerations = {q.enumeration.name: q.enumeration for q in quantities if q.enumeration is not None}
     if not enumerations:
         return
     parent = add(root, SSD, Tag.ENUMERATIONS)

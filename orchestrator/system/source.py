@@ -15,40 +15,22 @@ from typing_extensions import override
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.record import Variable
-from fmus.reading.archive import Archive
+from fmus.reading.archive import Archive, InterfaceType
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.block_unit import BlockUnit, interface_of
 from fmus.units.make import fmu_unit
 from fmus.units.unit import Unit
+from orchestrator.system.source_description import SourceDescription
 
 _CAUSALITIES: Final = {
     "inputs": ("input",),
     "outputs": ("output",),
     "parameters": ("parameter", "structuralParameter"),
-    "initials": ("output", "local"),
+    "initials": ("output", "local", "calculatedParameter"),
 }
 """The FMI causalities of the variables in each list of `Interface`."""
-
-
-@dataclass(frozen=True)
-class SourceDescription:
-    """What a unit is made from, and how it runs: facts for summaries, files and checks."""
-
-    kind: str
-    """The name of the block, or of the FMU's model."""
-    file: Path | None = None
-    """The FMU file; `None` for a block in this process."""
-    version: Version | None = None
-    """The version of FMI; `None` for a block in this process."""
-    isolated: float | None = None
-    """[s] The time that one call may take in a process of its own; `None` for a unit in this process."""
-
-    @property
-    def runs_as(self) -> str:
-        """How the unit runs, in words."""
-        return "block in this process" if self.version is None else f"FMI {self.version}.0"
 
 
 class UnitSource(ABC):
@@ -67,7 +49,7 @@ class UnitSource(ABC):
         """The inputs, outputs and parameters of the unit. Raises `RequestError`."""
 
     @abstractmethod
-    def with_parameters(self, parameters: Mapping[str, Any]) -> UnitSource:
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Self:
         """The same source with other parameter values."""
 
     @abstractmethod
@@ -101,6 +83,20 @@ class UnitSource(ABC):
     def single_instance(self) -> Path | None:
         """The file that can be instantiated only once per process; `None` where several instances are possible."""
         return None
+
+    @property
+    def has_own_values(self) -> bool:
+        """Whether its parameters have values in it that nobody has to give, also where its file does not tell them."""
+        return False
+
+    @property
+    def free_inputs(self) -> Sequence[Variable]:
+        """The inputs of its file that are none of the unit, because nothing of the unit's socket drives them."""
+        return ()
+
+    def holding(self, inputs: Mapping[str, Any]) -> UnitSource:  # noqa: ARG002 - a mapped FMU may have some
+        """The same source, in which some of its `free_inputs` hold other values. Raises `RequestError`."""
+        return self
 
     def element_names(self, variable: Variable, role: str) -> Sequence[str]:
         """The names of the elements of an array as its file spells them.
@@ -151,7 +147,7 @@ class InProcess(UnitSource):
         return interface_of(self.block)
 
     @override
-    def with_parameters(self, parameters: Mapping[str, Any]) -> InProcess:
+    def with_parameters(self, parameters: Mapping[str, Any]) -> Self:
         return replace(self, parameters=parameters)
 
     @override
@@ -176,6 +172,7 @@ class Fmu(UnitSource):
     Args:
         path: The file.
         parameters: Values by name.
+        interface_type: The interface type that is used; Co-Simulation, where the file has it, if not given.
         lenient: Whether the file may be run although it breaks rules of FMI, which `archive.remarks` lists.
         isolated: The time [s] that one call may take in a process of its own; without it, the FMU runs in this process.
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
@@ -188,11 +185,14 @@ class Fmu(UnitSource):
     isolated: float | None = None
     reuse: bool = False
     known: Archive | None = field(default=None, repr=False, compare=False)
+    interface_type: InterfaceType | None = None
 
     @cached_property
     def archive(self) -> Archive:
         """The content of the file, read and checked. Raises `RequestError`."""
-        return self.known or open_fmu(Path(self.path), self.parameters, lenient=self.lenient)
+        return self.known or open_fmu(
+            Path(self.path), self.parameters, lenient=self.lenient, interface_type=self.interface_type
+        )
 
     @property
     @override
@@ -215,7 +215,7 @@ class Fmu(UnitSource):
     @override
     def describe(self) -> SourceDescription:
         version = Version(self.archive.version)
-        return SourceDescription(self.interface.kind, Path(self.path), version, isolated=self.isolated)
+        return SourceDescription(self.interface.kind, Path(self.path), version, self.isolated, self.archive.chosen)
 
     @override
     def open(self, name: str) -> Unit:
@@ -240,6 +240,11 @@ class Fmu(UnitSource):
     @override
     def element_names(self, variable: Variable, role: str) -> Sequence[str]:
         return self.archive.element_names(variable.name, _CAUSALITIES[role])
+
+    @property
+    @override
+    def has_own_values(self) -> bool:
+        return True
 
     @override
     def declares(self, name: str) -> bool:

@@ -10,8 +10,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, type_fits, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from components.interfaces.quantity import Quantity, Type
@@ -150,7 +148,7 @@ def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Proble
         elif path in driven:
             yield Problem(path, f"two sources, {driven[path]} and a held value", "one source")
         else:
-            yield from inputs[path].quantity.problems(path, np.asarray(value))
+            yield from inputs[path].quantity.problems(path, value)
     for path in system.unset:
         if path not in inputs:
             yield Problem(path, "an input that does not exist", choices(inputs), did_you_mean(path, inputs))
@@ -173,10 +171,11 @@ def _parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
             kind = source.interface.kind
             valid = f"a parameter of `{kind}`: {choices(declared)}"
             yield Problem(f"{name}.{parameter}", "an unknown parameter", valid, did_you_mean(parameter, declared))
-    for parameter, variable in declared.items():
-        if parameter not in source.parameters and parameter not in source.interface.starts:
-            remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
-            yield Problem(f"{name}.{parameter}", "no value", variable.quantity.range, remedy)
+    if source.has_own_values:
+        return
+    for parameter in (p for p in declared if p not in source.parameters and p not in source.interface.starts):
+        remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
+        yield Problem(f"{name}.{parameter}", "no value", declared[parameter].quantity.range, remedy)
 
 
 def _is_clock(system: System, path: str, causality: str) -> bool:

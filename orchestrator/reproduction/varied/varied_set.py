@@ -16,7 +16,7 @@ import pandas as pd
 
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.progress import Progress
-from components.interfaces.record import Variable
+from components.interfaces.record import Variable, variables
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import RecordedRun, Result, more_metrics
 from orchestrator.reproduction.varied import variations
@@ -148,8 +148,9 @@ def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
         resolution = resolve(name, declared, _given(scenario, name, declared), settings=settings[name])
         raise_if_any(resolution.problems)
         units[name] = source.with_parameters(resolution.values).kept()
-    scene = {setting.name: setting.value for setting in settings["scene"]}
-    return dataclasses.replace(scenario.system, units=units), dataclasses.replace(scenario.scene, **scene)
+    scene = resolve("scene", variables(Scene), settings=settings["scene"])
+    raise_if_any(scene.problems)
+    return dataclasses.replace(scenario.system, units=units), dataclasses.replace(scenario.scene, **scene.values)
 
 
 def _given(scenario: Scenario, unit: str, declared: Sequence[Variable]) -> dict[str, Given]:

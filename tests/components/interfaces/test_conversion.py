@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, type_fits, unit_conversion
+from components.interfaces.items import Enumeration
 from components.interfaces.quantity import DTYPES, Quantity, Type
 from components.interfaces.units_of_measurement import BaseUnit
 
@@ -117,7 +118,7 @@ class Paint(IntEnum):
 
 
 def test_enumerations_fit_by_their_items():
-    colour, paint = (of("1", Type.ENUMERATION, enumeration=e) for e in (Colour, Paint))
+    colour, paint = (of("1", Type.ENUMERATION, enumeration=Enumeration.of(e)) for e in (Colour, Paint))
     assert type_fits(colour, colour)
     assert not type_fits(colour, paint)
     assert type_fits(colour, of("1", Type.ENUMERATION))

@@ -7,6 +7,7 @@ from enum import IntEnum
 import numpy as np
 import pytest
 
+from components.interfaces.items import Enumeration
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity, Type, boolean, enumeration, integer, quantity
 from components.interfaces.units_of_measurement import UNITS_OF_MEASUREMENT
@@ -62,7 +63,7 @@ def test_a_range_of_one_value_is_allowed():
         (Quantity("kg", "d", min=0.5, max=2), "0.5 <= finite number <= 2 [kg]"),
         (Quantity("1", "d", Type.INT32, min=0), "0 <= whole number"),
         (Quantity("1", "d", Type.BOOLEAN), "true or false"),
-        (Quantity("1", "d", Type.ENUMERATION, enumeration=Colour), "green, red"),
+        (Quantity("1", "d", Type.ENUMERATION, enumeration=Enumeration.of(Colour)), "green, red"),
     ],
 )
 def test_the_valid_values_read_as_text(declared, text):
@@ -118,7 +119,7 @@ def test_a_truth_value_is_no_number():
 
 
 def test_an_enumeration_takes_its_items_only():
-    declared = Quantity("1", "colour", Type.ENUMERATION, enumeration=Colour)
+    declared = Quantity("1", "colour", Type.ENUMERATION, enumeration=Enumeration.of(Colour))
     assert said(declared, Colour.green) == ""
     assert said(declared, 4) == ""
     assert said(declared, 2) == "plant.m: found 2; valid: green, red"

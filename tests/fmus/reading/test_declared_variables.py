@@ -1,6 +1,6 @@
 """Ports of every type and shape, through whole systems of FMUs that hand on what they are given.
 
-With it `start_values.py`.
+With it `start_values.py` and `joined_arrays.py`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
-from fmus.reading.declared_variables import whole_name
+from fmus.reading.joined_arrays import whole_name
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from orchestrator.results.parquet import read_columns, write_signals
@@ -137,11 +137,11 @@ def test_values_out_of_the_range_of_their_type_are_refused(echo):
     with pytest.raises(RequestError) as error:
         System({"a": Fmu(echo)}, {}, held=wrong)
     assert str(error.value).splitlines() == [
-        "a.u.Int8: found 128; valid: whole number",
-        "a.u.UInt16: found -1; valid: whole number",
+        "a.u.Int8: found 128; valid: -128 <= whole number <= 127, as Int8 holds",
+        "a.u.UInt16: found -1; valid: 0 <= whole number <= 65535, as UInt16 holds",
         "a.u.Enumeration: found 2; valid: one, three",
         "a.u.String: found `1`; valid: text",
-        "a.u.Binary: found `text`; valid: bytes",
+        "a.u.Binary: found `text`; valid: bytes, each as two hexadecimal digits",
     ]
 
 

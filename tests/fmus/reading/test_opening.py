@@ -19,7 +19,7 @@ from fmpy import simulate_fmu
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
-from fmus.reading.archive import VALID_FMU
+from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.description import read_description
 from fmus.reading.needed_functions import all_functions, needed_functions
 from fmus.reading.opening import open_fmu
@@ -202,20 +202,20 @@ def test_functions_that_are_missing_are_named(good, tmp_path, version):
 def unneeded(version):
     """The functions that no Co-Simulation run calls of the FMU of these tests."""
     fmi = Version(version)
-    needed = needed_functions(*parts(version))
+    needed = needed_functions(described(version))
     return [name for name in functions(fmi) if name not in needed]
 
 
-def parts(version):
+def described(version):
     description = read_description(TEXT[version].encode(), "m.fmu", lenient=False)
     outputs = (Variable("y", Quantity("1", "y")),)
     interface = Interface("m", (), outputs, (), np.zeros((1, 0), dtype=bool), output_after_set=True, starts={})
-    return description.model, Version(version), interface
+    return Archive(Path("m.fmu"), Version(version), description.model, interface, {})
 
 
 def only_what_is_needed(folder, version):
     """A library that exports the functions that a run calls, and no other."""
-    keep = "; ".join(sorted(needed_functions(*parts(version))))
+    keep = "; ".join(sorted(needed_functions(described(version))))
     (folder / "exports.map").write_text(f"{{ global: {keep}; local: *; }};")
     option = f"-Wl,--version-script={folder / 'exports.map'}"
     return library(folder, Version(version), f'#include "echo{version}.c"', option)
@@ -225,7 +225,7 @@ def test_functions_that_no_run_calls_may_be_absent(good, tmp_path, version):
     """Simulink R2024b and Dymola export of FMI 3.0 only what Co-Simulation needs; FMI 2.0 demands all functions."""
     path = changed(good, tmp_path, version, binary=only_what_is_needed(tmp_path, version))
     place = binary_path(Version(version), "m")
-    lacking = [n for n in all_functions(*parts(version)[:2]) if n in unneeded(version)]
+    lacking = [n for n in all_functions(described(version)) if n in unneeded(version)]
     some = ", ".join(lacking[:3]) + f" and {len(lacking) - 3} more"
     remark = f"{place}: lacks {len(lacking)} functions of FMI {version}.0 that no run calls ({some})"
     if version == 2:

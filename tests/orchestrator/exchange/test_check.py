@@ -33,7 +33,7 @@ def test_an_fmu_is_described(theirs, macrostep):
     assert (code, err) == (0, "")
     assert out.startswith("theirs.fmu: `right_handed`, FMI 2.0, Co-Simulation\n")
     assert "  keeps the rules of FMI\n  can be instantiated here, and takes a step of 0.1 s\n" in out
-    assert "  car.south     output  Float64  mm            position across the road, to the right [mm]\n" in out
+    assert "  car.south     output         Float64  mm            position across the road, to the right [mm]\n" in out
     assert "  plant       does not fit, 0 of 8 signals found\n" in out
     assert not list(theirs.parent.glob("*.toml"))
 
@@ -142,7 +142,7 @@ def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macroste
     code, out, err = macrostep("check", "odd.fmu")
     assert code == 1
     assert "breaks rules of FMI, and runs with --lenient only" in out
-    assert "  car.speed     output  Float64  knots" in out
+    assert "  car.speed     output         Float64  knots" in out
     assert "`knots`" in err
 
 
@@ -164,7 +164,7 @@ def test_a_wrong_guid_is_told(theirs, macrostep):
     copied(theirs, theirs.with_name("odd.fmu"), {"modelDescription.xml": text.replace(b'guid="', b'guid="other-')})
     code, out, err = macrostep("check", "odd.fmu")
     assert code == 1
-    assert "  car.speed     output  Float64  km/h" in out
+    assert "  car.speed     output         Float64  km/h" in out
     assert err.startswith("macrostep: odd.fmu: found a library that refuses to make an instance (")
 
 
@@ -216,3 +216,24 @@ def test_what_to_type_next_is_said(built_fmus, theirs, macrostep):
     _, out, _ = macrostep("check", "theirs.fmu", "--static")
     assert "instantiated" not in out
     assert out.endswith("To run it:\n  macrostep run theirs.fmu --stop-time 10\n")
+
+
+def test_check_lists_what_may_be_set_before_the_run(in_tmp_path, macrostep):
+    variables = [
+        scalar("x", 1, "output", initial="exact", of_start="1"),
+        scalar("y", 2, "output"),
+        scalar("v0", 3, "local", initial="approx", of_start="0"),
+        scalar("hidden", 4, "local"),
+        scalar("k", 5, "parameter", variability="tunable", of_start="2"),
+        scalar("n", 6, "parameter", "Integer", variability="fixed", of_start="3"),
+    ]
+    unknowns = [f'<Unknown index="{i}" dependencies=""/>' for i in (1, 2)]
+    text = description2(variables, unknowns, initial=unknowns[1:])
+    pack(in_tmp_path / "m.fmu", Version.FMI2, text, ssps.echo_library(Version.FMI2))
+    _, out, _ = macrostep("check", "m.fmu")
+    rows = {line.split()[0]: line for line in out.splitlines() if line.startswith("  ")}
+    assert rows["x"] == "  x       output     start value, continuous  Float64        1.0"
+    assert rows["y"] == "  y       output                              Float64"
+    assert rows["v0"] == "  v0      local      start value, continuous  Float64        0.0"
+    assert rows["k"] == "  k       parameter  tunable                  Float64        2.0"
+    assert rows["n"] == "  n       parameter  fixed                    Int32          3"

@@ -6,13 +6,13 @@ This also shows `relations.py`, `constants.py`, `adapted_interface.py`, `words.p
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from components.interfaces.conversion import IDENTITY, Linear
+from components.interfaces.items import Enumeration, Item
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
@@ -181,15 +181,10 @@ def test_a_controller_that_does_not_see_the_ego_vehicle_is_refused():
     assert [v.name for v in found.interface.inputs] == ["ego.v_x"]
 
 
-class Other(IntEnum):
-    """Not ours."""
-
-    good = 0
-    bad = 1
-
-
 def test_an_enumeration_with_other_items_is_left_out():
-    status = variable("solver.status", "1", Type.ENUMERATION, items=Other)
+    status = variable(
+        "solver.status", "1", Type.ENUMERATION, items=Enumeration("Other", (Item("good", 0), Item("bad", 1)))
+    )
     found = fitted("controller", interface({"ego.x": "m"}, [variable(n, u) for n, u in ACTUATION.items()] + [status]))
     assert told(found) == []
     assert found.remarks[0] == "controller.solver.status: the enumeration {'good': 0, 'bad': 1} is not used"

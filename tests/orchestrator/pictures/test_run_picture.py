@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 import pytest
 
+from components.interfaces.items import Enumeration
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
@@ -29,7 +30,7 @@ SIGNALS = {
     "heater.on": Quantity("", "switch", Type.BOOLEAN),
     "heater.T": Quantity("K", "temperature", Type.FLOAT32),
     "count": Quantity("", "events so far", Type.UINT64),
-    "box.gear": Quantity("", "gear", Type.ENUMERATION, enumeration=Gear),
+    "box.gear": Quantity("", "gear", Type.ENUMERATION, enumeration=Enumeration.of(Gear)),
     "box.torques": Quantity("N.m", "per wheel", shape=(2, 2)),
     "text.said": Quantity("", "message", Type.STRING),
     "text.lines": Quantity("", "messages", Type.STRING, shape=(2,)),

@@ -70,9 +70,23 @@ def test_problems_of_mappings_and_parameters_come_together(theirs):
     (theirs / "theirs.toml").write_text(text + "[parameters]\nm = 1.0\n")
     found = wrong("static", plant=str(theirs / "theirs.toml"))
     assert found == [
-        "plant.m: found an unknown parameter; valid: nothing",
+        "plant.m: found an unknown parameter; valid: car.force, car.wheel",
         f"{theirs}/theirs.toml: state.y: found the unknown variable `car.north`; valid: car.drift, car.east, "
         "car.engine, car.heading, car.south, car.speed, car.yaw_rate. Did you mean `car.south`?",
+    ]
+
+
+def test_a_scenario_names_the_interface_type_of_an_fmu(theirs):
+    plant = prepare(scenario_with(theirs, 'fmu = "theirs.toml"\ninterface = "cs"'), Options(mode="blocks"))
+    assert plant.system.units["plant"].describe().interface_type == "CoSimulation"
+    assert wrong(scenario_with(theirs, 'fmu = "theirs.toml"\ninterface = "ModelExchange"')) == [
+        f"{theirs}/theirs.fmu: found no ModelExchange; valid: CoSimulation. Export it with both, or choose what it has."
+    ]
+    assert wrong(scenario_with(theirs, 'fmu = "theirs.toml"\ninterface = "both"')) == [
+        "plant.interface: found `both`; valid: cs (CoSimulation) or me (ModelExchange)"
+    ]
+    assert wrong(scenario_with(theirs, 'block = "bicycle"\ninterface = "me"')) == [
+        "plant.interface: found `me` for a block; valid: it for an FMU only"
     ]
 
 

@@ -30,11 +30,15 @@ def values(source, units=(), **given):
 
 def settings(**given):
     """Whole values, as `--set` gives them."""
-    return [Setting("car", name, None, value) for name, value in given.items()]
+    return [Setting("car", f"{name}={_text(value)}") for name, value in given.items()]
+
+
+def _text(value):
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def element(index, value, name="places"):
-    return Setting("car", name, index, value)
+    return Setting("car", f"{name}[{index}]={value}")
 
 
 def messages(*layers, declared=DECLARED):
@@ -107,7 +111,7 @@ def test_an_unknown_name_is_told_unless_it_is_a_default_of_others():
     ]
     assert messages({}, {}, [*settings(mas=1.0), element(1, 0.0, "place")]) == [
         f"car.mas: found an unknown parameter; valid: {valid}. Did you mean `mass`?",
-        f"car.place: found an unknown parameter; valid: {valid}. Did you mean `places`?",
+        f"car.place[1]: found an unknown parameter; valid: {valid}. Did you mean `places`?",
     ]
 
 
@@ -190,7 +194,7 @@ def test_an_unknown_name_is_told_once_also_where_a_file_holds_it_for_others():
 
 @pytest.mark.parametrize("before", [[], [[1.0, 2.0]], [3.0]], ids=["nothing", "too few", "one number"])
 def test_an_element_of_an_array_without_values_is_refused(before):
-    set_before = [Setting("car", "places", None, value) for value in before]
+    set_before = [Setting("car", f"places={value}") for value in before]
     found = resolve("car", DECLARED, settings=[*set_before, element(3, 5.0)])
     assert str(found.problems[0]) == (
         "car.places[3]: found an element of an array whose others have no values; valid: 3 values. "

@@ -40,7 +40,7 @@ def test_an_unknown_entry_suggests_the_nearest():
     assert found[0].startswith("mine.toml: trafic: found an unknown entry; valid: controller, description")
     assert found[0].endswith("Did you mean `traffic`?")
     assert messages(scenario(plant={"blok": "stationary"})) == [
-        "mine.toml: plant.blok: found an unknown entry; valid: block, fmu, mapping, parameters, step, use."
+        "mine.toml: plant.blok: found an unknown entry; valid: block, fmu, interface, mapping, parameters, step, use."
         " Did you mean `block`?"
     ]
 

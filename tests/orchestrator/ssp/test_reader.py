@@ -75,7 +75,7 @@ def nested(path, plain, extra=""):
 
 def test_systems_in_systems_run_like_the_same_system_built_by_hand(plain, tmp_path):
     path = nested(tmp_path / "theirs.ssp", plain, wire("through", "i"))
-    read = ssp_reader.read(path, {"a": [Setting("a", "k", None, 3.0)]})
+    read = ssp_reader.read(path, {"a": [Setting("a", "k=3.0")]})
     wiring = {"outer_inner_c.u": "a.y_k", "outer_d.u": "outer_inner_c.y_u", "a.u": "outer_d.y_u", "b.u": "a.y_k"}
     assert {c.target: c.origin for c in read.system.connections} == wiring
     units = {name: Fmu(plain, {"k": 3.0} if name == "a" else {}) for name in ("outer_inner_c", "outer_d", "a", "b")}
@@ -103,7 +103,7 @@ def test_fmpy_gets_the_same_numbers_from_systems_in_systems(plain, tmp_path):
     theirs = fmpy.ssp.simulation.simulate_ssp(
         path, stop_time=0.6, step_size=0.1, parameter_set=read_ssv(tmp_path / "set.ssv")
     )
-    ours = ssp_reader.read(path, {"a": [Setting("a", "k", None, 3.0)]}, options=Options(stop_time=0.6))
+    ours = ssp_reader.read(path, {"a": [Setting("a", "k=3.0")]}, options=Options(stop_time=0.6))
     found = run(ours, algorithm="jacobi")
     names = {"outer.inner.c": "outer_inner_c", "outer.d": "outer_d", "b": "b"}
     for name, unit in names.items():  # FMPy writes the row of t_k after its step
@@ -113,7 +113,7 @@ def test_fmpy_gets_the_same_numbers_from_systems_in_systems(plain, tmp_path):
 
 def test_what_was_read_from_another_maker_is_written_and_read_again(plain, tmp_path):
     theirs = nested(tmp_path / "a.ssp", plain, wire("i", "through"))
-    read = ssp_reader.read(theirs, {"a": [Setting("a", "k", None, 3.0)]})
+    read = ssp_reader.read(theirs, {"a": [Setting("a", "k=3.0")]})
     ssp.write(read, tmp_path / "b.ssp")
     again = ssp_reader.read(tmp_path / "b.ssp")
     assert run(again).equals(run(read))
@@ -289,7 +289,7 @@ def test_arrays_of_fmi_3_are_connected_whole_and_by_element_and_through_systems(
 def test_an_array_may_be_empty(tmp_path):
     whole = body(component("a", "vectors.fmu", connectors("s:input")))
     path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
-    read = ssp_reader.read(path, {"a": [Setting("a", "n", None, 0)]})
+    read = ssp_reader.read(path, {"a": [Setting("a", "n=0")]})
     assert {v.name: v.shape for v in read.system.units["a"].interface.inputs} == {
         "v": (3,),
         "w": (0,),
@@ -340,9 +340,9 @@ def test_elements_of_fmi_2_are_connected_one_by_one_and_make_a_whole_where_they_
 def test_settings_reach_units_of_any_name_and_unknown_ones_are_refused(plain, tmp_path):
     path = write(tmp_path / "a.ssp", body(component("a", "plain.fmu", PORTS)), {"resources/plain.fmu": plain})
     with pytest.raises(RequestError) as error:
-        ssp_reader.read(path, {"b": [Setting("b", "k", None, 1.0)], "a": [Setting("a", "q", None, 1.0)]})
+        ssp_reader.read(path, {"b": [Setting("b", "k=1.0")], "a": [Setting("a", "q=1.0")]})
     assert str(error.value).splitlines() == [
-        "a.q: found an unknown parameter; valid: k",
+        "a.q: found an unknown parameter; valid: k, u",
         "--set b.k: found the unknown unit `b`; valid: a",
     ]
 

@@ -234,7 +234,8 @@ def test_components_that_cannot_be_used(tmp_path, files):
         "line 15: found a second element `g`; valid: names of their own",
         "line 7: component `b`, broken.fmu: found a file that is no zip archive; valid: an FMU: a zip archive with"
         " modelDescription.xml, FMI 1.0, 2.0 or 3.0, for Co-Simulation or Model Exchange",
-        "line 13: component `g`: found no ModelExchange in plain.fmu; valid: CoSimulation",
+        "line 13: component `g`, plain.fmu: found no ModelExchange; valid: CoSimulation."
+        " Export it with both, or choose what it has.",
     ]
 
 
@@ -477,7 +478,7 @@ def test_elements_of_a_connector_of_the_system_that_it_does_not_have(tmp_path, f
 def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
     whole = body(component("a", "vectors.fmu", connectors("s:input")))
     path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
-    many = {"a": [Setting("a", "n", None, 10**12)], "b": [Setting("b", "k", None, 1)]}
+    many = {"a": [Setting("a", "n=1000000000000")], "b": [Setting("b", "k=1")]}
     assert refusal(path, settings=many) == [
         "line 5: component `a`, vectors.fmu, modelDescription.xml: found a variable that cannot be understood (`w` with"
         " 1000000000000 elements, more than 10000000); valid: what FMI allows",
@@ -488,8 +489,8 @@ def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
 def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
     ssp_writer.write(prepare("static", Options(mode="blocks")), tmp_path / "theirs.ssp")
     wrong = {
-        "scene": [Setting("scene", "ego_width", None, -1.0), Setting("scene", "ego_widht", None, 3)],
-        "plant": [Setting("plant", "m", None, -2.0)],
+        "scene": [Setting("scene", "ego_width=-1.0"), Setting("scene", "ego_widht=3")],
+        "plant": [Setting("plant", "m=-2.0")],
     }
     assert refusal(tmp_path / "theirs.ssp", settings=wrong) == [
         "plant.m: found -2.0; valid: 1 <= finite number [kg]",

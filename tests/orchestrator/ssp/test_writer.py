@@ -54,7 +54,7 @@ def test_a_system_of_fmi_2_keeps_the_schema_of_ssp_1(built_fmus, tmp_path):
 
 def test_settings_change_what_is_read(tmp_path):
     ssp.write(prepare("static", Options(mode="blocks")), tmp_path / "a.ssp")
-    settings = {"plant": [Setting("plant", "m", None, 2100.0)]}
+    settings = {"plant": [Setting("plant", "m=2100.0")]}
     found = ssp_reader.read(tmp_path / "a.ssp", settings, options=Options(step=0.05, stop_time=1.0))
     assert found.system.units["plant"].parameters["m"] == 2100.0
     assert found.sources["plant.m"]["source"] == "--set"

@@ -1,4 +1,7 @@
-"""Sources of units, method by method: blocks in this process, FMUs, and FMUs behind a mapping (`mapping/mapped.py`)."""
+"""Sources of units, method by method: blocks in this process, FMUs, and FMUs behind a mapping (`mapping/mapped.py`).
+
+This also shows `source_description.py`.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import pytest
 
 from components import BLOCKS
 from components.interfaces.sockets import PLANT
+from fmus.reading.archive import InterfaceType
 from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from fmus.units.block_unit import BlockUnit
 from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
@@ -16,7 +20,8 @@ from fmus.units.mapped_unit import MappedUnit
 from fmus.units.reused_unit import release_all
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.system.source import Fmu, InProcess, SourceDescription, block_source
+from orchestrator.system.source import Fmu, InProcess, block_source
+from orchestrator.system.source_description import SourceDescription
 from tests.fmus.foreign import description2, description3, pack, scalar
 from tests.orchestrator import foreign
 from tests.orchestrator.blocks import Affine
@@ -184,7 +189,7 @@ def test_an_fmu_in_its_own_process_is_the_same_file(fmu):
 def test_an_fmu_is_described_by_its_model_file_and_version(fmu):
     version = Version(fmu.archive.version)
     found = fmu.in_own_process(2.5).describe()
-    assert found == SourceDescription("bicycle", fmu.path, version, isolated=2.5)
+    assert found == SourceDescription("bicycle", fmu.path, version, 2.5, InterfaceType.CO_SIMULATION)
     assert found.runs_as == f"FMI {version}.0"
     assert fmu.describe().isolated is None
 

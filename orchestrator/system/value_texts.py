@@ -1,0 +1,120 @@
+"""Values that people write, on the command line or in a file, read by the type of the variable that they are for."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import Any, Final, cast
+
+from components.interfaces.quantity import Quantity, Type
+
+_BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
+_QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\.|(?!(?P=quote)).)*)(?P=quote)""")
+
+
+def from_text(text: str, q: Quantity) -> Any:
+    """The value that a text of the command line means.
+
+    A text for a String is that text, whatever it looks like; in quotes it is what TOML reads there. Items of an
+    enumeration go by their name or their number, Booleans by true, false, 1 or 0, Binary by hexadecimal digits, and
+    arrays are lists in brackets.
+
+    Args:
+        text: The text.
+        q: The quantity that the value is for.
+
+    Returns:
+        The value; what means none comes back much as it is, and `Quantity.problems` says what would.
+    """
+    if not q.shape:
+        return _unquoted(text) if q.type is Type.STRING else _scalar(text, q)
+    return _in_each(_items(text, q), lambda item: _scalar(item, q) if isinstance(item, str) else _truth(item, q))
+
+
+def typed(value: Any, q: Quantity) -> Any:
+    """A value of a file, which has types of its own, in the type of the quantity that it is for.
+
+    Args:
+        value: A text, a number, a truth value, or a list of such. Only what TOML has no type for may be a text: items
+            of enumerations and Binary.
+        q: The quantity.
+
+    Returns:
+        The value; what does not fit stays as it is.
+    """
+    as_text = q.type in (Type.ENUMERATION, Type.BINARY)
+    return _in_each(value, lambda item: _scalar(item, q) if isinstance(item, str) and as_text else _truth(item, q))
+
+
+def _in_each(value: Any, convert: Callable[[Any], Any]) -> Any:
+    """The converted value, or a list of converted values, as deep as the list is."""
+    if isinstance(value, list):
+        return [_in_each(item, convert) for item in cast(list[Any], value)]
+    return convert(value)
+
+
+def _truth(value: Any, q: Quantity) -> Any:
+    """A truth value for a 0 or 1 that is for a Boolean; any other value as it is."""
+    return _BOOLEANS.get(str(value), value) if q.type is Type.BOOLEAN and type(value) is int else value
+
+
+def _scalar(text: str, q: Quantity) -> Any:
+    if q.enumeration is not None:
+        items = q.enumeration.values
+        for name in (text, text.strip(), _unquoted(text.strip())):
+            if name in items:
+                return items[name]
+    if q.type is Type.STRING:
+        return text
+    try:
+        return _READERS.get(q.type, int)(text.strip())
+    except (ValueError, KeyError):
+        return _literal(text)
+
+
+def _number(text: str) -> int | float:
+    """A number, which stays whole where it is written so."""
+    try:
+        return int(text)
+    except ValueError:
+        return float(text)
+
+
+_READERS: Final[Mapping[Type, Callable[[str], Any]]] = {
+    Type.FLOAT64: _number,
+    Type.FLOAT32: _number,
+    Type.BOOLEAN: lambda text: _BOOLEANS[text.lower()],
+    Type.BINARY: bytes.fromhex,
+}
+
+
+def _literal(text: str) -> Any:
+    """The number, the truth value or the list that TOML reads in a text; else the text as it is."""
+    try:
+        content = tomllib.loads(f"value = {text.strip()}")
+    except (ValueError, RecursionError):
+        return text
+    value = content.pop("value")
+    is_one = not content and isinstance(value, int | float | list)
+    return value if is_one else text  # type: ignore[unknown] - the items of a list may be anything
+
+
+def _items(text: str, q: Quantity) -> Any:
+    """The list that TOML reads in a text, or the texts between its commas where these are no values of TOML."""
+    items = _literal(text)
+    inside = re.fullmatch(r"\s*\[([^\[\]]*)\]\s*", text)
+    foreign = isinstance(items, str) or (
+        q.type is Type.STRING and any(not isinstance(item, str | list) for item in cast(list[Any], items))
+    )
+    return [_unquoted(item.strip()) for item in inside[1].split(",")] if inside and foreign else items
+
+
+def _unquoted(text: str) -> str:
+    match = _QUOTED.fullmatch(text)
+    if match is None:
+        return text
+    try:
+        return str(tomllib.loads(f"value = {text}")["value"])
+    except ValueError:  # a backslash that begins no escape of TOML
+        return match["inside"]
