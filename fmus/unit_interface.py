@@ -29,6 +29,11 @@ class SuggestedExperiment:
     """The relative tolerance."""
 
 
+def is_tunable(parameter: Variable) -> bool:
+    """Whether a parameter of a block may be changed while it runs; what it starts from is used at the start only."""
+    return not parameter.name.endswith("_start")
+
+
 @dataclass(frozen=True)
 class Interface:
     """What is known of a unit before it runs."""
@@ -58,3 +63,20 @@ class Interface:
     """FMI's variability of what may be given a value, such as `tunable`, by the name of the variable."""
     undeclared: frozenset[str] = frozenset()
     """Outputs whose dependencies the file does not declare; they are taken to depend on every input."""
+    observed: tuple[Variable, ...] = ()
+    """Local variables and parameters whose values are recorded with the outputs; nothing can be connected to them."""
+
+    @property
+    def tunable(self) -> frozenset[str]:
+        """The parameters whose values may be changed while the unit runs."""
+        return frozenset(v.name for v in self.parameters if self.variability.get(v.name) == "tunable")
+
+    @property
+    def discrete(self) -> frozenset[str]:
+        """The inputs that change at instants only, although they may be floating-point numbers."""
+        return frozenset(v.name for v in self.inputs if self.variability.get(v.name) == "discrete")
+
+    @property
+    def recorded(self) -> tuple[Variable, ...]:
+        """All variables that the unit shows: its outputs, then what is observed besides."""
+        return (*self.outputs, *self.observed)

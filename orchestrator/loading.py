@@ -8,10 +8,14 @@ from pathlib import Path
 from components.interfaces.problem import refuse
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
+from orchestrator.scenario.driven_inputs import with_table
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.prepare import parse_record, parse_settings, prepare
 from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.scenario.suggested_times import deviations
+from orchestrator.scenario.table_file import read_table
+from orchestrator.stepping import observation
+from orchestrator.stepping.finiteness import ALL
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named, relative_tolerance
 
 
@@ -39,24 +43,34 @@ def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
-        return _told(prepare(request, options, progress))
+        return _completed(prepare(request, options, progress), options)
     if options.replacements or options.mode != UNCHANGED.mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
-        return _told(with_options(single_fmu(path, settings, options), options))
+        return _completed(with_options(single_fmu(path, settings, options), options), options)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
     scenario = ssp_reader.read(path, settings, options)
     if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
         remark = "that run was cut short; this one begins anew"
         scenario = replace(scenario, remarks=(*scenario.remarks, remark))
-    return _told(with_options(scenario, options))
+    return _completed(with_options(scenario, options), options)
 
 
-def _told(scenario: Scenario) -> Scenario:
-    """The scenario with remarks on what its units do not get of the experiment that they suggest."""
-    return replace(scenario, remarks=(*scenario.remarks, *deviations(scenario)))
+def _completed(scenario: Scenario, options: Options) -> Scenario:
+    """The scenario with what options ask of any system, whose units show all that is to be recorded, and remarks."""
+    system = scenario.system
+    if allowed := [*options.allow_nonfinite, *([ALL] if options.lenient else [])]:
+        system = replace(system, allow_nonfinite=tuple(dict.fromkeys((*system.allow_nonfinite, *allowed))))
+    remarks: list[str] = []
+    if options.input is not None and system.table is None:
+        system, remarks = with_table(system, read_table(Path(options.input)), hold=options.input_hold)
+    if system.table is not None and (uncovered := system.table.uncovered(scenario.start, scenario.until)):
+        remarks.append(uncovered)
+    system = observation.observed(system, scenario.record)
+    remarks += [*deviations(scenario), *observation.remarks(system, scenario.record)]
+    return replace(scenario, system=system, remarks=(*scenario.remarks, *remarks))
 
 
 def with_options(scenario: Scenario, options: Options) -> Scenario:

@@ -9,7 +9,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -77,6 +77,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
     """
     pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
     simulation = _simulation(scenario)
+    scenario = replace(scenario, system=simulation.system)  # what is recorded besides outputs has been added
     with ExitStack() as undisturbed:
         with ExitStack() as running:
             # A library that cannot be loaded leaves no folder behind.

@@ -85,6 +85,8 @@ class Quantity:
     max: float | None = None
     enumeration: Enumeration | None = None
     base: BaseUnit | None = None
+    finite: bool = True
+    """Whether values have to be finite numbers."""
 
     @property
     def base_unit(self) -> BaseUnit | None:
@@ -98,7 +100,8 @@ class Quantity:
             return choices(self.enumeration.values)
         low = "" if self.min is None else f"{self.min:g} <= "
         high = "" if self.max is None else f" <= {self.max:g}"
-        return f"{low}{_WORDS.get(self.type, 'whole number')}{high}" + (
+        words = _WORDS.get(self.type, "whole number")
+        return f"{low}{words if self.finite else words.removeprefix('finite ')}{high}" + (
             f" [{self.unit}]" if self.unit not in {"", "1"} else ""
         )
 
@@ -120,7 +123,7 @@ class Quantity:
         if array.shape != self.shape:
             return [Problem(where, f"shape {array.shape}", f"shape {self.shape}")]
         numbers = array if self.type in _WHOLE else array.astype(float)
-        wrong = np.zeros(array.shape, dtype=bool) if self.type in _WHOLE else ~np.isfinite(numbers)
+        wrong = np.zeros(array.shape, dtype=bool) if self.type in _WHOLE else ~np.isfinite(numbers) & self.finite
         low, high = self.bounds
         if low is not None:
             wrong |= numbers < low

@@ -10,6 +10,7 @@ from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.unit_interface import is_tunable
 
 Causality: TypeAlias = Literal["parameter", "input", "output"]
 Variability: TypeAlias = Literal["fixed", "tunable", "discrete", "continuous"]
@@ -115,7 +116,7 @@ def _after(*placed: Sequence[FmiVariable]) -> int:
 
 def _variability(v: Variable, causality: Causality, sampled: bool) -> Variability:  # noqa: FBT001 - private
     if causality == "parameter":
-        return "fixed" if v.name.endswith("_start") else "tunable"
+        return "tunable" if is_tunable(v) else "fixed"
     if v.quantity.type is not Type.FLOAT64 or (sampled and causality == "output"):
         return "discrete"
     return "continuous"

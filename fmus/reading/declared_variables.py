@@ -68,13 +68,7 @@ def declared_variables(
         ReadingError: A start value or a limit is no value of its type, or an array is too large.
         ValueError, LookupError, TypeError, AttributeError: The description breaks the schema.
     """
-    facts = _Facts(
-        units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
-        lengths=_lengths(model, values),
-        relative=_relative(root),
-        starts=start_texts(root) if version == Version.FMI3 else {},
-        negated=negated_names(root) if version == Version.FMI1 else frozenset(),
-    )
+    facts = _facts(root, model, version, values)
     visible = [
         _declared_variable(v, facts)
         for v in model.modelVariables
@@ -90,6 +84,16 @@ def declared_variables(
         settable = list(settable_arrays(settable, outputs))
     known = {v.variable.name for v in visible if v.causality != "output"}
     return visible + [v for v in settable if v.variable.name not in known]
+
+
+def observed_variables(
+    root: Any, model: ModelDescription, version: Version, names: Collection[str], values: Mapping[str, Any]
+) -> list[DeclaredVariable]:
+    """Variables of any causality, by `names`; elements of arrays stay scalar. Otherwise as `declared_variables`."""
+    if not names:
+        return []
+    facts = _facts(root, model, version, values)
+    return [_declared_variable(v, facts) for v in model.modelVariables if v.name in names]
 
 
 def _relative(root: Any) -> dict[str, bool]:
@@ -158,6 +162,16 @@ class _Facts:
     """The start values of Strings and Binaries, by the names of the variables."""
     negated: Collection[str]
     """The names of variables whose values are the negative ones of those of the library."""
+
+
+def _facts(root: Any, model: ModelDescription, version: Version, values: Mapping[str, Any]) -> _Facts:
+    return _Facts(
+        units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
+        lengths=_lengths(model, values),
+        relative=_relative(root),
+        starts=start_texts(root) if version == Version.FMI3 else {},
+        negated=negated_names(root) if version == Version.FMI1 else frozenset(),
+    )
 
 
 def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:

@@ -71,6 +71,8 @@ def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType |
         raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID_FMU)
     description = read_description(content.files[MODEL_DESCRIPTION], where, lenient=lenient)
     variables = _variables(description, values, where, lenient=lenient)
+    if lenient or description.version is Version.FMI3:  # the other versions say nothing of infinite values and NaN
+        variables = [_of_any_number(v) for v in variables]
     chosen = _chosen(description.model, interface_type, where)
     archive = Archive(
         path,
@@ -89,6 +91,11 @@ def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType |
     if archive.interface_type.needsExecutionTool:
         archive = replace(archive, remarks=(*archive.remarks, "needs the tool that made it to be installed"))
     return with_library(archive, lenient=lenient)
+
+
+def _of_any_number(declared: DeclaredVariable) -> DeclaredVariable:
+    v = declared.variable
+    return replace(declared, variable=replace(v, quantity=replace(v.quantity, finite=False)))
 
 
 def _variables(

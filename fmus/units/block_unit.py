@@ -15,7 +15,7 @@ from components.interfaces.block import Block
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
-from fmus.unit_interface import Interface
+from fmus.unit_interface import Interface, is_tunable
 from fmus.units.capabilities import StateCapability
 from fmus.units.unit import WHOLE_TIME, Column, Horizon, Operation, TypedColumns, Unit, UnitError, positions
 
@@ -33,6 +33,7 @@ def interface_of(block: type[Block[Any, Any, Any]]) -> Interface:
         output_after_set=not lowered.sampled,
         starts={},
         rolls_back=True,
+        variability={v.name: "tunable" if is_tunable(v) else "fixed" for v in block.parameters()},
     )
 
 
@@ -120,6 +121,14 @@ class BlockUnit(Unit):
         start = _evaluation(self._lowered.start, [self._p], [self._memory.x])
         start()
         self._memory.held = False
+
+    @override
+    def tune(self, parameter: str, value: Any) -> None:
+        at = 0
+        for variable in self.interface.parameters:
+            if variable.name == parameter:
+                self._p[at : at + variable.size] = np.ravel(value)
+            at += variable.size
 
     @override
     def exit_initialization(self) -> None:

@@ -81,6 +81,16 @@ class ClockedUnit(Fmu3Unit):
             yield move if clocks is None else _while_active(move, clocks, mode)
 
     @override
+    def tune(self, parameter: str, value: Any) -> None:
+        mode = self._events.mode
+        if mode is None:
+            super().tune(parameter, value)
+            return
+        self._events.check("Event Mode failed", mode.interrupt)
+        super().tune(parameter, value)
+        self._events.check("the discrete states could not be updated", mode.update, mode.now)
+
+    @override
     def exit_initialization(self) -> None:
         mode = self._events.mode
         if mode is None:

@@ -108,6 +108,10 @@ class EventMode:
         self._enter(t, self._triggered)
         self._triggered = set()
 
+    def interrupt(self) -> None:
+        """Enter Event Mode at the present time, where clocks that others have triggered wait for their instant."""
+        self._enter(self.now, set())
+
     def update(self, t: float) -> None:
         """Iterate the discrete states until they no longer change."""
         for _ in range(EVENT_ITERATIONS):

@@ -22,6 +22,7 @@ from typing_extensions import override
 
 from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES
+from components.interfaces.record import Variable
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
@@ -144,11 +145,11 @@ class FmuUnit(Unit):
             self._setters = [move for name, move in moves.items() if name not in unset]
         else:
             self._setters = self._calls.movers("Set", self.interface.inputs, inputs)
-        self._getters = self._calls.movers("Get", self.interface.outputs, outputs)
+        self._getters = self._calls.movers("Get", self.interface.recorded, outputs)
 
     def _each(self, verb: AccessVerb, columns: TypedColumns) -> dict[str, Operation]:
         """A call for each input or output, by name."""
-        variables = self.interface.inputs if verb == "Set" else self.interface.outputs
+        variables = self.interface.inputs if verb == "Set" else self.interface.recorded
         slots = views(variables, columns)
         return {v.name: self._calls.mover(verb, [v], slots[v.name]) for v in variables}
 
@@ -180,10 +181,18 @@ class FmuUnit(Unit):
         calls = self._value_calls()
         for variable in (*self.interface.parameters, *self.interface.initials):
             if variable.name in parameters and (variable.name in self._archive.structural) is structural:
-                column = np.array(parameters[variable.name], dtype=DTYPES[variable.quantity.type]).ravel()
-                if status := calls.mover("Set", [variable], column)():
-                    action = f"setting the parameter {variable.name} to {parameters[variable.name]} (status {status})"
-                    raise UnitError(self.name, action, self.messages)
+                self._set_parameter(calls, variable, parameters[variable.name])
+
+    def _set_parameter(self, calls: ValueCalls, variable: Variable, value: Any) -> None:
+        column = np.array(value, dtype=DTYPES[variable.quantity.type]).ravel()
+        if status := calls.mover("Set", [variable], column)():
+            action = f"setting the parameter {variable.name} to {value} (status {status})"
+            raise UnitError(self.name, action, self.messages)
+
+    @override
+    def tune(self, parameter: str, value: Any) -> None:
+        variable = next(v for v in self.interface.parameters if v.name == parameter)
+        self._set_parameter(self._value_calls(), variable, value)
 
     @override
     def setters(self) -> list[Operation]:

@@ -33,6 +33,8 @@ class Instantiation:
     interface_type: InterfaceType
     memory: Path
     """The file that both processes map."""
+    observed: tuple[str, ...] = ()
+    """The variables that are recorded besides the outputs."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +69,13 @@ class UnitReply:
 
 
 def map_columns(interface: Interface, file: Path) -> tuple[dict[Type, Column], dict[Type, Column]]:
-    """The columns of all inputs and of all outputs of a unit, whose numbers lie in a file.
+    """The columns of all inputs and of all recorded variables of a unit, whose numbers lie in a file.
 
     Args:
         interface: The interface of the unit, the same in both processes.
         file: The shared file; it is made by the process that comes first.
     """
-    roles = widths(interface.inputs), widths(interface.outputs)
+    roles = widths(interface.inputs), widths(interface.recorded)
     size = _ALIGNMENT + sum(_bytes(kind, n) for role in roles for kind, n in role.items() if kind.is_number)
     with file.open("a+b") as opened:
         opened.truncate(size)

@@ -12,6 +12,7 @@ from typing_extensions import override
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
+from fmus.reading.observation import observing
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.child_process import ParentProcess
 from fmus.units.capabilities import EventCapability, StateCapability
@@ -47,9 +48,10 @@ class _Host:
     """The unit, its columns, and the methods that may be called."""
 
     def __init__(self, request: Instantiation) -> None:
-        archive = open_fmu(
+        opened = open_fmu(
             request.path, request.parameters, lenient=request.lenient, interface_type=request.interface_type
         )
+        archive = observing(opened, request.observed, request.parameters)
         self._unit = fmu_unit(request.name, archive)
         self._inputs, self._outputs = map_columns(archive.interface, request.memory)
         self._methods = _methods(self._unit, self._inputs, self._outputs)
@@ -82,6 +84,7 @@ def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]
         "enter_initialization": unit.enter_initialization,
         "exit_initialization": unit.exit_initialization,
         "step": unit.step,
+        "tune": unit.tune,
         "terminate": unit.terminate,
         "get": lambda: None,  # only the outputs are requested
         "close": unit.close,

@@ -64,7 +64,8 @@ class IsolatedUnit(Unit):
         self._inputs_sent, self._outputs_current = True, False
         self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": self._folder.name})
         try:
-            request = Instantiation(name, archive.path, dict(parameters), lenient, archive.chosen, memory)
+            observed = tuple(v.name for v in archive.interface.observed)
+            request = Instantiation(name, archive.path, dict(parameters), lenient, archive.chosen, memory, observed)
             self._exchange("instantiate", request, _STARTING)
         except BaseException:
             self.close()
@@ -138,6 +139,10 @@ class IsolatedUnit(Unit):
     @override
     def step(self, t: float, h: float) -> object:
         return self._call("step", t, h, show=True)
+
+    @override
+    def tune(self, parameter: str, value: Any) -> None:
+        self._call("tune", parameter, value)
 
     @override
     def terminate(self) -> None:

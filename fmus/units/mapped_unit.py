@@ -52,7 +52,7 @@ class MappedUnit(Unit):
         self._adaptation = adaptation
         theirs = inner.interface
         self._u = {kind: zeros(kind, n) for kind, n in widths(theirs.inputs).items()}
-        self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.outputs).items()}
+        self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.recorded).items()}
         self._starts = {**theirs.starts, **adaptation.held}
         for variable, slot in views(theirs.inputs, self._u).items():
             if variable in self._starts:
@@ -73,7 +73,7 @@ class MappedUnit(Unit):
         self._getters = [*self._inner.getters(), *self._to_ours(outputs)]
         ours, theirs = self.interface, self._inner.interface
         for rate in self._rates:
-            rate.bind(views(ours.inputs, inputs), views(theirs.inputs, self._u), views(theirs.outputs, self._y))
+            rate.bind(views(ours.inputs, inputs), views(theirs.inputs, self._u), views(theirs.recorded, self._y))
 
     def _unset(self, ours: Collection[str]) -> set[str]:
         """The inputs of theirs that nobody has a value for: neither a signal of ours, nor the file, nor a person."""
@@ -96,7 +96,7 @@ class MappedUnit(Unit):
 
     def _to_ours(self, outputs: TypedColumns) -> list[Operation]:
         """The calls that translate their outputs to ours, and add what they do not show."""
-        ours, theirs, a = self.interface.outputs, self._inner.interface.outputs, self._adaptation
+        ours, theirs, a = self.interface.recorded, self._inner.interface.recorded, self._adaptation
         sizes = {v.name: v.size for v in theirs}
         own = [Link(name, tuple((name, i) for i in range(sizes[name]))) for name in a.passed_on]
         calls = _moves((*a.outputs, *own), (theirs, self._y), (ours, outputs))
@@ -104,7 +104,8 @@ class MappedUnit(Unit):
         calls += _constants(a.constants, slots)
         for name, integral in zip(a.integrated, self._integrals, strict=True):
             calls.append(integral.shown_in(slots[name]))
-        buses, conventions = _by_bus(slots), _of_present_buses(a.conventions, ours)
+        buses = _by_bus({v.name: slots[v.name] for v in self.interface.outputs})
+        conventions = _of_present_buses(a.conventions, self.interface.outputs)
         return calls + [_applied(c.ours, buses[bus]) for bus, cs in conventions.items() for c in cs]
 
     @override
@@ -125,6 +126,10 @@ class MappedUnit(Unit):
             if (status := carry_out(self._inner.setters())) > FMI_WARNING:
                 return status
         return self._inner.step(t, h)
+
+    @override
+    def tune(self, parameter: str, value: Any) -> None:
+        self._inner.tune(parameter, value)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:

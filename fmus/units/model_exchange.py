@@ -119,10 +119,19 @@ class ModelExchangeUnit(FmuUnit):
         if seen == self._seen:
             return 0
         self._seen = seen
+        self._begin_event()
+        return carry_out(self._movers)
+
+    def _begin_event(self) -> None:
+        """Enter Event Mode, where discrete inputs and parameters may be set; `_settle` ends what this begins."""
         if self._running and not self._unsettled:
             self._check("Event Mode was refused", self._fmu.enterEventMode)
             self._unsettled = True
-        return carry_out(self._movers)
+
+    @override
+    def tune(self, parameter: str, value: Any) -> None:
+        self._begin_event()
+        super().tune(parameter, value)
 
     def _show_outputs(self) -> object:
         self._settle()

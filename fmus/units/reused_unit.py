@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import atexit
 from pathlib import Path
+from typing import TypeAlias
 
 from typing_extensions import override
 
@@ -17,7 +18,9 @@ from fmus.reading.archive import Archive
 from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.unit import UnitError
 
-_idle: dict[tuple[Path, str], list[ReusedUnit]] = {}
+_Key: TypeAlias = tuple[Path, str, tuple[str, ...]]
+"""File, name of the unit, and what is recorded besides its outputs."""
+_idle: dict[_Key, list[ReusedUnit]] = {}
 
 
 class ReusedUnit(Fmu3Unit):
@@ -25,7 +28,7 @@ class ReusedUnit(Fmu3Unit):
 
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive)
-        self._key = (archive.path, name)
+        self._key = _key(name, archive)
 
     @override
     def close(self) -> None:
@@ -44,8 +47,12 @@ class ReusedUnit(Fmu3Unit):
 
 def reused_unit(name: str, archive: Archive) -> ReusedUnit:
     """A unit of the FMU in `archive` that waits for its next run, or a new one."""
-    waiting = _idle.get((archive.path, name))
+    waiting = _idle.get(_key(name, archive))
     return waiting.pop() if waiting else ReusedUnit(name, archive)
+
+
+def _key(name: str, archive: Archive) -> _Key:
+    return archive.path, name, tuple(v.name for v in archive.interface.observed)
 
 
 @atexit.register

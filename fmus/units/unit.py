@@ -152,6 +152,18 @@ class Unit(ABC):
             EndRequested: The unit has come to its end, at `t + h` or before.
         """
 
+    def tune(self, parameter: str, value: Any) -> None:  # noqa: ARG002 - of those that have one
+        """Give a tunable parameter another value between two steps; it acts from the next one on.
+
+        Args:
+            parameter: One of `Interface.tunable`.
+            value: A value of the parameter's quantity.
+
+        Raises:
+            UnitError: The unit refuses the value.
+        """
+        raise UnitError(self.name, f"has no parameter `{parameter}` that can be changed while it runs", ())
+
     @abstractmethod
     def terminate(self) -> None:
         """End the simulation in order; not called for a unit that has failed. Raises `UnitError`."""

@@ -46,7 +46,8 @@ _SHARED: Final = (
     _option(
         "settings",
         Annotated[
-            list[str] | None, typer.Option("--set", help="Change a parameter: `controller.b_3=1e-2`. Repeatable.")
+            list[str] | None,
+            typer.Option("--set", help="Change a parameter: `controller.b_3=1e-2`; `@FILE`: one a line. Repeatable."),
         ],
     ),
     _option("fmi", Annotated[Fmi, typer.Option(help="Version of FMI that blocks run as.")], Fmi.THREE),
@@ -85,6 +86,31 @@ _SHARED: Final = (
         Annotated[
             bool, typer.Option("--lenient", help="Run files though they break rules of FMI or SSP; notes say which.")
         ],
+        default=False,
+    ),
+    _option(
+        "allow_nonfinite",
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="PATTERN",
+                help="Let signals that fit be infinite or NaN although a unit reads them: `radar.ttc`. Repeatable.",
+            ),
+        ],
+    ),
+    _option(
+        "input",
+        Annotated[
+            str | None,
+            typer.Option(
+                metavar="FILE",
+                help="Let inputs that nothing drives follow a table, .csv or .parquet: `time`, then `v [km/h]`, ...",
+            ),
+        ],
+    ),
+    _option(
+        "input_hold",
+        Annotated[bool, typer.Option("--input-hold", help="Hold the table's values until the next row.")],
         default=False,
     ),
     _option(

@@ -12,6 +12,7 @@ from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from fmus.reading.library import platforms
+from fmus.reading.observation import observable, observing
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.unit_interface import Interface, SuggestedExperiment
 from orchestrator.exchange.trial import try_first_step
@@ -103,7 +104,7 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     lines = [*_description(where, archive), *_breaches(archive, broken)]
     if tried is not None:
         lines += [f"  {tried.reached}", *(f"  note: {remark}" for remark in tried.remarks)]
-    lines += ["", *_variables(theirs), ""]
+    lines += ["", *_variables(archive), ""]
     socket_name = socket or (mapping.socket if mapping else None)
     if socket_name is None:
         fittings = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS}
@@ -159,6 +160,12 @@ def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out:
     return f"written: {target}, a mapping {'to fill in' if fitting.problems else 'to change as you like'}"
 
 
+_OBSERVABLE: Final = {"local": "local", "calculatedParameter": "calculated"}
+"""The causalities of variables that are listed besides inputs, outputs and parameters, in words."""
+_MOST_OBSERVABLE: Final = 100
+"""The most local variables that are listed."""
+
+
 def _description(path: Path, archive: Archive) -> Iterator[str]:
     d: Any = archive.description
     interfaces = " and ".join(kind.in_words for kind in archive.interface_types)
@@ -198,7 +205,9 @@ def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
     yield from (f"  note: {remark}" for remark in archive.remarks)
 
 
-def _variables(theirs: Interface) -> list[str]:
+def _variables(archive: Archive) -> list[str]:
+    """The variables of an FMU; of those that can only be recorded, at most `_MOST_OBSERVABLE`."""
+    theirs = archive.interface
     shown = {v.name for v in theirs.outputs}
     starts = [v for v in theirs.initials if v.name not in shown]
     groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters), ("local", starts))
@@ -207,7 +216,13 @@ def _variables(theirs: Interface) -> list[str]:
     rows += [
         (f"  {v.name}", causality, *_row(v, theirs, settable)) for causality, variables in groups for v in variables
     ]
-    return _aligned(rows)
+    found = observable(archive)
+    listed = {row[0].strip() for row in rows}
+    others = {name: words for name, c in found.items() if name not in listed and (words := _OBSERVABLE.get(c))}
+    only_shown = observing(archive, [*others][:_MOST_OBSERVABLE], {}).interface.observed
+    rows += [(f"  {v.name}", others[v.name], *_row(v, theirs, settable)) for v in only_shown]
+    left_out = len(others) - len(only_shown)
+    return _aligned(rows) + ([f"  and {left_out} more, which --record takes as well"] if left_out else [])
 
 
 def _settable(theirs: Interface) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, final
@@ -108,6 +108,23 @@ class Mapped(UnitSource):
     @override
     def declares(self, name: str) -> bool:
         return self.fmu.declares(name)
+
+    @property
+    @override
+    def observable(self) -> Mapping[str, str]:
+        """Those of the FMU, without the names that the socket's signals have."""
+        ours = {v.name for v in self.interface.outputs}
+        return {name: causality for name, causality in self.fmu.observable.items() if name not in ours}
+
+    @override
+    def observing(self, names: Sequence[str]) -> Mapped:
+        fmu = self.fmu.observing(names)
+        observed = fmu.interface.observed
+        shown = {v.name for v in self.interface.outputs}
+        passed_on = [name for name in self.fitting.adaptation.passed_on if name in shown] + [v.name for v in observed]
+        adaptation = replace(self.fitting.adaptation, passed_on=tuple(passed_on))
+        interface = replace(self.interface, observed=observed)
+        return replace(self, fmu=fmu, fitting=replace(self.fitting, interface=interface, adaptation=adaptation))
 
     @override
     def single_instance(self) -> Path | None:

@@ -111,8 +111,8 @@ class Signal:
 
 
 def signals(system: System) -> list[Signal]:
-    """All outputs of all units, in the order of the system."""
-    return [Signal(unit, variable) for unit, source in system.units.items() for variable in source.interface.outputs]
+    """All outputs of all units and what is observed besides, in the order of the system."""
+    return [Signal(unit, variable) for unit, source in system.units.items() for variable in source.interface.recorded]
 
 
 class Recorded:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
@@ -45,25 +46,30 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     (negative outside).
 
     Args:
-        frame: Rows of consecutive ticks. Rows with values that are not finite (the last one of a run that broke) do
-            not count.
+        frame: Rows of consecutive ticks. Rows in which the state of the ego vehicle is not finite (the last one of a
+            run that broke) do not count, and none does for a metric of another bus in which that bus is not.
         buses: The path of each output bus that the metrics are made from, as `shown` gives it for a system.
         scene: The road, and the size of the ego vehicle.
 
     Returns:
         The metrics by name, in SI units; those that are not finite are left out.
     """
-    frame = _finite(frame)
+    whole = {name: np.asarray(frame[name]) for name in map(str, frame)}
     metrics: dict[str, float] = {}
-    if not len(frame["time"]):
-        return metrics
-    metrics |= _motion(frame, buses) | _tyres(frame, buses)
-    if _has(frame, *(signal_path(buses, VehicleState, s) for s in ("x", "y", "psi"))):
-        ego = _ego_boxes(frame, buses, scene)
-        metrics["gap_edge"] = float(edge_gap(ego, scene).min())
-        if _has(frame, *(signal_path(buses, ObstacleList, f"{s}[{SLOTS}]") for s in ("valid", *_BOX))):
-            metrics["gap_obstacle"] = float(_obstacle_gaps(frame, buses, ego).min())
-    metrics |= _actuation(frame, buses) | _planning(frame, buses) | _solver(frame, buses)
+    for family, records in (
+        (_motion, ()),
+        (_acceleration, (Motion,)),
+        (_tyres, (Tyre,)),
+        (partial(_edge_gap, scene=scene), ()),
+        (partial(_obstacle_gap, scene=scene), ()),
+        (_actuation, (Actuation,)),
+        (_path, (Waypoints,)),
+        (_corridor, (Plan,)),
+        (_solver, (Solver,)),
+    ):
+        rows = _finite(whole, [buses[r] for r in (VehicleState, *records) if r in buses])
+        if len(rows["time"]):
+            metrics |= family(rows, buses)
     return {name: value for name, value in metrics.items() if np.isfinite(value)}
 
 
@@ -107,10 +113,26 @@ def _ego_boxes(frame: Frame, buses: BusPaths, scene: Scene) -> Array:
     return np.hstack([pose, size])
 
 
-def _obstacle_gaps(frame: Frame, buses: BusPaths, ego: Array) -> Array:
-    """Least distance [m] of the box in each row of `ego` to that of any valid obstacle; infinite without obstacles."""
+def _edge_gap(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
+    if not _has(frame, *(signal_path(buses, VehicleState, s) for s in ("x", "y", "psi"))):
+        return {}
+    return {"gap_edge": float(edge_gap(_ego_boxes(frame, buses, scene), scene).min())}
+
+
+def _obstacle_gap(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
+    pose = [signal_path(buses, VehicleState, s) for s in ("x", "y", "psi")]
+    if not _has(frame, *pose, *(signal_path(buses, ObstacleList, f"{s}[{SLOTS}]") for s in ("valid", *_BOX))):
+        return {}
     valid = columns(frame, signal_path(buses, ObstacleList, "valid"), SLOTS) > 0
     parts = [columns(frame, signal_path(buses, ObstacleList, s), SLOTS) for s in _BOX]
+    # what is not there may have any place, or none
+    known = (~valid | np.isfinite(np.stack(parts)).all(axis=0)).all(axis=1)
+    gaps = _obstacle_gaps(_ego_boxes(frame, buses, scene)[known], valid[known], [part[known] for part in parts])
+    return {"gap_obstacle": float(gaps.min())} if len(gaps) else {}
+
+
+def _obstacle_gaps(ego: Array, valid: NDArray[np.bool_], parts: list[Array]) -> Array:
+    """Least distance [m] of the box in each row of `ego` to that of any valid obstacle; infinite without obstacles."""
     nearest = np.full(len(ego), np.inf)
     for slot in np.flatnonzero(valid.any(axis=0)):
         here = valid[:, slot]
@@ -135,11 +157,7 @@ def _path_error(frame: Frame, buses: BusPaths) -> Array | None:
 
 def _motion(frame: Frame, buses: BusPaths) -> dict[str, float]:
     metrics: dict[str, Any] = {}
-    yaw_rate, speed, lateral = (
-        signal_path(buses, VehicleState, "r"),
-        signal_path(buses, VehicleState, "v_x"),
-        signal_path(buses, Motion, "a_y"),
-    )
+    yaw_rate, speed = (signal_path(buses, VehicleState, name) for name in ("r", "v_x"))
     if _has(frame, yaw_rate):
         r = _column(frame, yaw_rate)
         metrics |= {"r_peak": np.abs(r).max(), "r_rms": _rms(r), "r_total_variation": np.abs(np.diff(r)).sum()}
@@ -150,9 +168,12 @@ def _motion(frame: Frame, buses: BusPaths) -> dict[str, float]:
         # The mean over each step, so that any plant can be compared.
         r_dot = np.diff(_column(frame, yaw_rate)) / np.diff(_column(frame, "time"))
         metrics |= {"r_dot_rms": _rms(r_dot), "r_dot_peak": np.abs(r_dot).max()}
-    if _has(frame, lateral):
-        metrics["a_y_peak"] = np.abs(_column(frame, lateral)).max()
     return {name: float(value) for name, value in metrics.items()}
+
+
+def _acceleration(frame: Frame, buses: BusPaths) -> dict[str, float]:
+    lateral = signal_path(buses, Motion, "a_y")
+    return {"a_y_peak": float(np.abs(_column(frame, lateral)).max())} if _has(frame, lateral) else {}
 
 
 def _tyres(frame: Frame, buses: BusPaths) -> dict[str, float]:
@@ -168,17 +189,18 @@ def _actuation(frame: Frame, buses: BusPaths) -> dict[str, float]:
     return {"delta_f_rate_rms": _rms(np.diff(delta) / (time[-1] - time[-2])) if len(time) > 1 else 0.0}
 
 
-def _planning(frame: Frame, buses: BusPaths) -> dict[str, float]:
-    metrics: dict[str, float] = {}
+def _path(frame: Frame, buses: BusPaths) -> dict[str, float]:
     error = _path_error(frame, buses)
-    if error is not None:
-        metrics |= {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
+    return {} if error is None else {"path_error_rms": _rms(error), "path_error_max": float(np.abs(error).max())}
+
+
+def _corridor(frame: Frame, buses: BusPaths) -> dict[str, float]:
     y, upper, lower = (signal_path(buses, Plan, f"{signal}[1]") for signal in ("y", "y_upper", "y_lower"))
-    if _has(frame, y, upper, lower):
-        planned = _column(frame, y)
-        outside = (planned > _column(frame, upper)) | (planned < _column(frame, lower))
-        metrics["corridor_violations"] = float(outside.sum())
-    return metrics
+    if not _has(frame, y, upper, lower):
+        return {}
+    planned = _column(frame, y)
+    outside = (planned > _column(frame, upper)) | (planned < _column(frame, lower))
+    return {"corridor_violations": float(outside.sum())}
 
 
 def _solver(frame: Frame, buses: BusPaths) -> dict[str, float]:
@@ -193,12 +215,12 @@ def _solver(frame: Frame, buses: BusPaths) -> dict[str, float]:
     return metrics
 
 
-def _finite(frame: Frame) -> dict[str, NDArray[Any]]:
-    """The rows in which all numbers are finite."""
-    whole = {name: np.asarray(frame[name]) for name in map(str, frame)}
+def _finite(whole: Mapping[str, NDArray[Any]], buses: Iterable[str]) -> dict[str, NDArray[Any]]:
+    """The rows in which all numbers of some buses are finite."""
     finite = np.ones(len(whole["time"]), dtype=bool)
-    for values in whole.values():
-        if values.dtype.kind == "f":  # the others are always finite, or no numbers
+    beginnings = tuple(f"{bus}." for bus in buses)
+    for name, values in whole.items():
+        if name.startswith(beginnings) and values.dtype.kind == "f":  # the others are finite, or no numbers
             finite &= np.isfinite(values)
     return {name: values[finite] for name, values in whole.items()}
 

@@ -85,10 +85,11 @@ def _bits(values: np.ndarray[Any, Any]) -> pa.Buffer:
 
 
 def _descriptions(system: System) -> dict[str, dict[str, str]]:
-    """Unit of measurement, meaning and items of each signal element."""
+    """Unit of measurement, meaning and items of each signal element, also of what inputs and parameters received."""
     descriptions: dict[str, dict[str, str]] = {}
     for unit, source in system.units.items():
-        for variable in source.interface.outputs:
+        interface = source.interface
+        for variable in (*interface.parameters, *interface.inputs, *interface.recorded):
             q = variable.quantity
             description = {"unit": q.unit, "description": q.description}
             if q.type is Type.ENUMERATION and q.enumeration is not None:

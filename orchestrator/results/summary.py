@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -56,6 +57,8 @@ def summary(
         "timing": _timing(times) if len(times) else {},
         "versions": versions(),
     }
+    if found := simulation.log.finiteness.found:
+        content["not_finite"] = {o.element.path: {"first": o.time, "value": o.value} for o in found}
     if isinstance(ended, SimulationError):
         content["fault"] = _fault(ended)
     if simulation.ended is not None:
@@ -121,8 +124,17 @@ def write_summary(content: Mapping[str, Any], folder: Path) -> None:
         content: The content of `summary.json`.
         folder: The run folder.
     """
-    text = json.dumps(content, indent=2, default=_plain)
+    text = json.dumps(_strict(content), indent=2, default=_plain)
     (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
+
+
+def _strict(value: Any) -> Any:
+    """The same content, with numbers that JSON has no spelling for (`inf`, `nan`) as texts."""
+    if isinstance(value, Mapping):
+        return {name: _strict(item) for name, item in cast(Mapping[str, Any], value).items()}
+    if isinstance(value, list | tuple):
+        return [_strict(item) for item in cast(list[Any], value)]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _plain(value: Any) -> Any:

@@ -20,7 +20,7 @@ class Options:
     replacements: Mapping[str, str] = field(default_factory=dict[str, str])
     """Another unit by socket: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)."""
     settings: Sequence[str] = ()
-    """Parameter values, such as `controller.b_3=1e-2`."""
+    """Parameter values, such as `controller.b_3=1e-2`, or `@FILE` with one of them on each line."""
     step: float | None = None
     """Macro step [s]; that of the scenario if not given."""
     stop_time: float | None = None
@@ -39,6 +39,12 @@ class Options:
     """Whether algebraic loops are solved by iteration instead of being refused."""
     lenient: bool = False
     """Whether files may be used although they break rules of FMI or SSP."""
+    allow_nonfinite: Sequence[str] = ()
+    """Patterns of signals that may be infinite or not a number although a unit reads them; all may with `lenient`."""
+    input: str | None = None
+    """A file with the values of inputs over time (`.csv` or `.parquet`); that of the scenario if not given."""
+    input_hold: bool = False
+    """Whether values of that file hold until the next row; else floating-point numbers are interpolated linearly."""
     isolate: Sequence[str] = ()
     """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from components.interfaces.block import Block
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import variables
@@ -73,17 +74,18 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     raise_if_any([*(problem for one in filled.values() for problem in one.problems), *scene.problems])
 
     units = isolated(_sources(filled, options.mode, progress), options.isolate)
-    if options.mode != "blocks":
-        inside = {socket: block.name for socket, block in blocks.items() if not block.native}
-        remarks += [
-            f"{socket}: `{block}` runs in this process; it does not become C" for socket, block in inside.items()
-        ]
-    sockets = {socket: SOCKETS[socket] for socket in units}
+    remarks += _kept_inside(blocks, options.mode)
     sources = {path: source for one in filled.values() for path, source in one.resolution.sources.items()}
     return Scenario(
         name=name,
         title=content.title,
-        system=System(units=units, wiring=wiring_of(units), sockets=sockets, steps=_own_steps(fillings, times["step"])),
+        system=System(
+            units=units,
+            wiring=wiring_of(units),
+            sockets={socket: SOCKETS[socket] for socket in units},
+            steps=_own_steps(fillings, times["step"]),
+            allow_nonfinite=content.allow_nonfinite,
+        ),
         scene=Scene(**scene.values),
         h=times["step"],
         until=times["stop_time"],
@@ -95,6 +97,12 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
         solve_loops=options.solve_loops or content.experiment.solve_loops,
         remarks=tuple(remarks),
     )
+
+
+def _kept_inside(blocks: Mapping[str, type[Block[Any, Any, Any]]], mode: Mode) -> list[str]:
+    """Remarks on blocks that run in this process where others run as FMUs."""
+    inside = {socket: block.name for socket, block in blocks.items() if mode != "blocks" and not block.native}
+    return [f"{socket}: `{block}` runs in this process; it does not become C" for socket, block in inside.items()]
 
 
 def _fillings(

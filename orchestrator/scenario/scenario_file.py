@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -89,6 +89,8 @@ class ScenarioFile:
     scene: SceneOverrides
     record: Mapping[str, int]
     """At every how many ticks the signals that match a pattern are recorded, 0 for never; the last match counts."""
+    allow_nonfinite: Sequence[str]
+    """Patterns of the signals that may be infinite or not a number although a unit reads them."""
 
 
 def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
@@ -108,6 +110,7 @@ def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
         **{name: (SocketFilling, ... if socket.essential else None) for name, socket in SOCKETS.items()},
         "scene": (SceneOverrides, SceneOverrides()),
         "record": (dict[str, Annotated[int, Field(ge=0)]], {}),
+        "allow_nonfinite": (list[str], []),
     }
     # Sockets can be added at run time, so the entries of the file are not known before it is read.
     model = checked(create_model("ScenarioFile", __config__=_STRICT, **entries), content, where)

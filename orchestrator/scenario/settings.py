@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from components.interfaces.problem import Problem, choices, raise_if_any
 from components.interfaces.sockets import SOCKETS
 from orchestrator.scenario.resolution import Setting
+from orchestrator.scenario.values_file import expanded
 
 _SETTING = re.compile(r"(?P<unit>[^.=]+)\.(?P<assignment>.+?=.*)", re.DOTALL)
 
@@ -16,7 +17,7 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
     """Read `controller.b_3=1e-2` and the like.
 
     Args:
-        texts: The values of the option `--set`.
+        texts: The values of the option `--set`; `@FILE` stands for a file with one of them on each line.
         any_unit: Whether units may have any name, not only that of a socket or `scene`.
 
     Returns:
@@ -28,7 +29,7 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
     known = () if any_unit else (*SOCKETS, "scene")
     settings: dict[str, list[Setting]] = {unit: [] for unit in known}
     problems: list[Problem] = []
-    for text in texts:
+    for text in expanded(texts):
         match = _SETTING.fullmatch(text)
         if match is None:
             problems.append(

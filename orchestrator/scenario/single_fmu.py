@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from components.interfaces.problem import choices, raise_if_any, refuse
+import numpy as np
+
+from components.interfaces.problem import Problem, choices, raise_if_any, refuse
+from fmus.reading.archive import Archive
+from fmus.toolchain.version import Version
 from fmus.unit_interface import SuggestedExperiment
+from orchestrator.scenario.driven_inputs import with_table
 from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.resolution import Setting, resolve_unit, with_lengths
+from orchestrator.scenario.resolution import Resolution, Setting, resolve_unit, with_lengths
 from orchestrator.scenario.suggested_times import suggested_step, whole_steps
+from orchestrator.scenario.table_file import read_table
 from orchestrator.system.experiment import Scenario, macro_step
 from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import Fmu
@@ -39,38 +46,58 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     mine = settings.get(unit, ())
     fmu = with_lengths(unit, Fmu(path, lenient=options.lenient, interface_type=choice.of(unit)), settings=mine)
     resolved = resolve_unit(unit, fmu, settings=mine)
-    raise_if_any(resolved.problems)
+    raise_if_any(_problems(fmu.archive, resolved))
     fmu = fmu.with_parameters(resolved.of_role("parameters", "initials"))
     archive, inputs = fmu.archive, {v.name for v in fmu.interface.inputs}
     held = {name: _plain(start) for name, start in fmu.interface.starts.items() if name in inputs}
     held |= resolved.of_role("inputs")
-    start, h, until, remarks = _times(archive.suggested, options)
-    unset = sorted(inputs - held.keys())
-    if unset:
-        remarks += (f"nothing drives or sets the inputs {choices(unset)}: they keep the values inside the FMU",)
-    if held:
-        inputs_text = ", ".join(f"{resolved.path(name)} = {value}" for name, value in held.items())
-        remarks += (f"nothing drives the inputs {inputs_text}",)
-    remarks += (*own_values(unit, fmu),)
+    table = None if options.input is None else read_table(Path(options.input))
+    start, h, until, remarks = _times(archive.suggested, options, None if table is None else float(table.times[-1]))
+    system = System(
+        isolated({unit: fmu}, options.isolate),
+        {},
+        {resolved.path(name): value for name, value in held.items()},
+        unset={f"{unit}.{name}" for name in inputs - held.keys()},
+    )
+    if table is not None:
+        system, taken = with_table(system, table, hold=options.input_hold)
+        remarks += tuple(taken)
     return Scenario(
         name=re.sub(r"[^\w-]+", "_", path.stem),
         title=archive.title,
-        system=System(
-            isolated({unit: fmu}, options.isolate),
-            {},
-            {resolved.path(name): value for name, value in held.items()},
-            unset={f"{unit}.{name}" for name in unset},
-        ),
+        system=system,
         scene=None,
         h=h,
         until=until,
         start=start,
         sources={path: told for path, told in resolved.sources.items() if path.partition(".")[2] not in held},
-        remarks=(*archive.remarks, *remarks),
+        remarks=(*archive.remarks, *remarks, *_undriven(system), *own_values(unit, fmu)),
     )
 
 
-def _times(wished: SuggestedExperiment, options: Options) -> tuple[float, float, float, tuple[str, ...]]:
+def _undriven(system: System) -> Iterator[str]:
+    """Remarks on the inputs that nothing drives."""
+    if unset := sorted(path.partition(".")[2] for path in system.unset):
+        yield f"nothing drives or sets the inputs {choices(unset)}: they keep the values inside the FMU"
+    tabled = () if system.table is None else tuple(system.table.paths)
+    if held := {path: value for path, value in system.held.items() if path not in tabled}:
+        yield f"nothing drives the inputs {', '.join(f'{path} = {value}' for path, value in held.items())}"
+
+
+def _problems(archive: Archive, *resolutions: Resolution) -> Iterator[Problem]:
+    """The problems of values, with what to do about infinite ones and NaN in FMI 2.0, which says nothing of them."""
+    for resolution in resolutions:
+        values = {resolution.path(name): value for name, value in resolution.values.items()}
+        for problem in resolution.problems:
+            value = np.asarray(values.get(problem.where))
+            special = value.dtype.kind == "f" and not np.isfinite(value).all()
+            lenient = special and archive.version is Version.FMI2 and not problem.remedy
+            yield replace(problem, remedy="Take it as it is with --lenient.") if lenient else problem
+
+
+def _times(
+    wished: SuggestedExperiment, options: Options, table_end: float | None
+) -> tuple[float, float, float, tuple[str, ...]]:
     """The start time, the macro step and the stop time [s], and what was decided because nobody says it."""
     start = wished.start if options.start_time is None else options.start_time
     h, why = suggested_step({"fmu": wished})
@@ -83,6 +110,9 @@ def _times(wished: SuggestedExperiment, options: Options) -> tuple[float, float,
     macro_step(h)
     if options.stop_time is not None:
         return start, h, options.stop_time, remarks
+    if (wished.stop is None or not math.isfinite(wished.stop)) and table_end is not None:
+        until, _ = whole_steps(start, h, table_end)
+        return start, h, until, (*remarks, f"the run ends with the input table, at {until:g} s; --stop-time changes it")
     if wished.stop is None or not math.isfinite(wished.stop):
         raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
     until, cut = whole_steps(start, h, wished.stop)

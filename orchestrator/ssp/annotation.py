@@ -16,10 +16,11 @@ from components.interfaces.problem import refuse
 from components.interfaces.quantity import Type
 from components.interfaces.sockets import SOCKETS
 from orchestrator.ssp.archive import Document, alternatives
-from orchestrator.ssp.vocabulary import OURS, Tag
+from orchestrator.ssp.vocabulary import OURS, Tag, resource
 from orchestrator.ssp.xml import qualified
 from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm, Scenario
 from orchestrator.system.files import checked
+from orchestrator.system.input_table import InputTable
 from orchestrator.system.source import UnitSource
 
 
@@ -46,6 +47,9 @@ class ScenarioAnnotation(BaseModel):
         solve_loops: Whether algebraic loops are solved.
         tolerance: The relative tolerance that all FMUs are told.
         record: The signals that are recorded: by pattern, at every how many ticks.
+        allow_nonfinite: Patterns of the signals that may be infinite or not a number although a unit reads them.
+        table: The name of the file in the archive that inputs follow, as the name of a resource.
+        table_holds: Whether its values hold until the next row.
         steps: The steps of units, as multiples of the macro step.
         isolated: The time [s] that one call of a unit in a process of its own may take.
         sources: Where the values of the scene and the experiment come from; parameter sets have those of parameters.
@@ -61,6 +65,9 @@ class ScenarioAnnotation(BaseModel):
     solve_loops: bool = False
     tolerance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     record: dict[str, Annotated[int, Field(ge=0)]] = dict(EVERYTHING)
+    allow_nonfinite: list[str] = []
+    table: str | None = None
+    table_holds: bool = False
     steps: dict[str, Fraction] = {}
     isolated: dict[str, _Seconds] = {}
     sources: dict[str, dict[str, Any]] = {}
@@ -79,6 +86,11 @@ NO_ANNOTATION: Final = ScenarioAnnotation(step=STEP, sockets={})
 """What holds for a system of another maker."""
 
 
+def table_path(table: InputTable) -> str:
+    """The path of the file of a table in the archive."""
+    return resource(f"inputs{table.file_suffix}")
+
+
 def annotation_of(scenario: Scenario) -> str:
     """The text of the annotation for a scenario, in JSON."""
     system = scenario.system
@@ -92,6 +104,9 @@ def annotation_of(scenario: Scenario) -> str:
         solve_loops=scenario.solve_loops,
         tolerance=scenario.tolerance,
         record=dict(scenario.record),
+        allow_nonfinite=list(system.allow_nonfinite),
+        table=None if system.table is None else table_path(system.table),
+        table_holds=system.table is not None and system.table.hold,
         steps=dict(system.steps),
         isolated={name: seconds for name, seconds in patience.items() if seconds is not None},
         sources={p: dict(s) for p, s in scenario.sources.items() if p.startswith(("scene.", "experiment."))},

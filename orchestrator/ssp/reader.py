@@ -9,7 +9,7 @@ its file and line, all of it at once; `lenient` turns breaches of the standard w
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -18,12 +18,22 @@ from components.interfaces.problem import Problem, RequestError, choices, did_yo
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
+from orchestrator.scenario.driven_inputs import with_table
 from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve
+from orchestrator.scenario.table_file import TableFile, read_table
 from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
-from orchestrator.ssp.archive import VALID_SSP, Document, Findings, alternatives, open_package, read_document
+from orchestrator.ssp.archive import (
+    VALID_SSP,
+    Document,
+    Findings,
+    alternatives,
+    open_package,
+    read_document,
+    resolve_uri,
+)
 from orchestrator.ssp.assembly import Assembly
 from orchestrator.ssp.connection_graph import ConnectionGraph
 from orchestrator.ssp.default_experiment import read_experiment
@@ -34,6 +44,7 @@ from orchestrator.ssp.structure import read_structure
 from orchestrator.ssp.system_elements import SspSystem
 from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, SSD, Attribute, Tag
 from orchestrator.ssp.xml import qualified
+from orchestrator.stepping.observation import observed
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named
 from orchestrator.system.files import Given
@@ -81,7 +92,12 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     system = _system(units, assembly, held, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    findings.remarks += [*_undriven(assembly, known), *enumeration_remarks(system)]
+    table, hold = _table(document, known, options)
+    if table is not None:
+        system, remarks = with_table(system, table, hold=hold)
+        findings.remarks += remarks
+    given = {*known.held, *(system.table.paths if system.table else ())}
+    findings.remarks += [*_undriven(assembly, given), *enumeration_remarks(system)]
     late = annotation is None and open_dependencies_close_a_loop(system)
     if late:
         findings.remarks.append(OPEN_LOOP)
@@ -89,7 +105,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     return Scenario(
         name=name,
         title=title,
-        system=system,
+        system=observed(system, known.record),
         scene=scene,
         h=experiment.step,
         until=experiment.until,
@@ -121,15 +137,25 @@ def _system(
             transformations=assembly.transformations,
             unconverted=frozenset(assembly.unconverted),
             steps=steps,
+            allow_nonfinite=(annotation or NO_ANNOTATION).allow_nonfinite,
         )
     except RequestError as error:
         assembly.findings.problems += [assembly.placed(p) for p in error.problems]
         return None
 
 
-def _undriven(assembly: Assembly, annotation: ScenarioAnnotation) -> Iterator[str]:
-    """One remark on the inputs that nothing drives or sets."""
-    undriven = [str(one) for one in assembly.undriven if one.path not in annotation.held]
+def _table(document: Document, annotation: ScenarioAnnotation, options: Options) -> tuple[TableFile | None, bool]:
+    """The table that inputs follow, a person's or that of our annotation, and whether its values hold."""
+    if options.input is not None:
+        return read_table(Path(options.input)), options.input_hold
+    where = f"{document.package.where}, {annotation.table}"
+    path = None if annotation.table is None else resolve_uri(document, annotation.table, where)
+    return None if path is None else read_table(path, where), annotation.table_holds
+
+
+def _undriven(assembly: Assembly, given: Container[str]) -> Iterator[str]:
+    """One remark on the inputs that nothing drives or sets, but for those that are `given`."""
+    undriven = [str(one) for one in assembly.undriven if one.path not in given]
     if undriven:
         more = f" and {len(undriven) - _LISTED_INPUTS} others" if len(undriven) > _LISTED_INPUTS else ""
         listed = ", ".join(undriven[:_LISTED_INPUTS])

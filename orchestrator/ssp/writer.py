@@ -20,7 +20,7 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
-from orchestrator.ssp.annotation import annotation_of
+from orchestrator.ssp.annotation import annotation_of, table_path
 from orchestrator.ssp.default_experiment import add_experiment, add_step_hint, new_annotation
 from orchestrator.ssp.element_names import connected_names, element_names, ssp_version
 from orchestrator.ssp.parameter_set_writer import parameter_set
@@ -78,6 +78,8 @@ def write(scenario: Scenario, path: Path) -> None:
             files[fmu] = file.read_bytes()
             if (mapping := source.mapping_text(Path(fmu).name)) is not None:
                 files[_mapping_path(name)] = mapping.encode()
+    if scenario.system.table is not None:
+        files[table_path(scenario.system.table)] = scenario.system.table.content
     write_archive(path, files)
 
 

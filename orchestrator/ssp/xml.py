@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, TypeAlias, cast
 
@@ -57,7 +58,14 @@ def literal(value: Any, q: Quantity) -> str:
         return bytes(value).hex()
     if q.enumeration is not None:
         return q.enumeration.names[int(value)]
-    return repr(float(value)) if q.type.is_float else str(value)
+    return float_literal(float(value)) if q.type.is_float else str(value)
+
+
+def float_literal(value: float) -> str:
+    """A floating-point number as XML writes it, which spells infinity and NaN in its own way."""
+    if math.isnan(value):
+        return "NaN"
+    return repr(value) if math.isfinite(value) else ("INF" if value > 0 else "-INF")
 
 
 def has_unit(q: Quantity) -> bool:

@@ -51,7 +51,7 @@ class AlgebraicLoop:
         self._states = [_state_of(unit) for unit in self._stepped]
         inside = {(c.source, c.output): c for c in system.connections if c.source in group and c.unit in group}
         self._chain = ", ".join(str(wire) for wire in inside.values())
-        slots = [table.slots(unit, output, "outputs") for unit, output in inside]
+        slots = [table.slots(unit, output, "recorded") for unit, output in inside]
         self._slots = [(table.columns[kind], where) for kind, where in slots if kind.is_float]
         self._starts = [
             (table.columns[kind][where], start)

@@ -7,21 +7,24 @@ into flat tables: one column of memory per type that all units write to and read
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from components.interfaces.problem import choices, did_you_mean, refuse
 from fmus.units.unit import FMI_WARNING, EndRequested, Horizon, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
+from orchestrator.stepping.observation import observed
 from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
+from orchestrator.stepping.table_inputs import TableInputs
+from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, TimeGrid, algorithm_named
 from orchestrator.system.system import System
@@ -87,7 +90,7 @@ class Simulation:
         algorithm: str = Algorithm.SEQUENTIAL,
         solve_loops: bool = False,
     ) -> None:
-        self.system = system
+        self.system = system = observed(system, record)
         grid = TimeGrid(h, until, start)
         self.h, self.start = h, start
         self.last_tick = grid.last_tick
@@ -99,8 +102,10 @@ class Simulation:
         self.log = RowLog(self._table, grid.times, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] Wall time of each macro step."""
+        self._from_table = TableInputs(self._table, grid.times)
         self._written = WrittenInputs(system)
         self._units: dict[str, Unit] = {}
+        self._writer = Writer(system, self._table, self._units)
         self.ended: EndRequested | None = None
         """What ended the run before its stop time without a fault: a unit that asked for it."""
         self._initialised: set[str] = set()
@@ -155,6 +160,7 @@ class Simulation:
             unit.events.use(h, settles=True)
 
     def _bind(self) -> None:
+        self._from_table.prepare(max(self.tick, 0))
         for name, unit in self._units.items():
             unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
 
@@ -205,6 +211,7 @@ class Simulation:
             if self.tick >= 0:
                 self._run(self._compiled.after(self.tick))
             self.tick += 1
+            self._from_table.apply(self.tick)
             self._run(self._compiled.before(self.tick))
         except UnitError as fault:
             raise self._fault(fault.unit, fault.reason) from fault
@@ -214,8 +221,7 @@ class Simulation:
         self.step_times[self.tick] = time.perf_counter() - began
         self.log.kept = self.tick + 1
         if not finite:
-            element, value = self._table.first_not_finite()
-            raise SimulationError(self.tick, self.time, element.unit, f"the signal `{element.path}` is {value}")
+            raise SimulationError(self.tick, self.time, *self.log.finiteness.fault())
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
@@ -240,6 +246,7 @@ class Simulation:
     def remarks(self) -> list[str]:
         """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
         remarks = [f"unit `{name}`: {remark}" for name, unit in self._units.items() for remark in unit.remarks]
+        remarks += self.log.finiteness.remarks()
         if self.ended is None:
             return remarks
         shown = f", at {self.time:g} s, has its values of then" if self.ended.time < self.time else " has its values"
@@ -257,47 +264,41 @@ class Simulation:
         Raises:
             RequestError: There is no such output.
         """
-        return self._table.read(self._known(path, "outputs"))
+        return self._table.read(known_path(self.system, path, "recorded"))
 
     def write(self, path: str, value: Any) -> None:
-        """Hold an input at a value from now on, in place of its connection.
+        """Hold an input at a value from now on, in place of its connection, or change a tunable parameter.
 
         Args:
-            path: The signal with its unit, such as `plant.actuation.delta_f`.
-            value: A number, or an array of the signal's shape `(n,)`, in the unit of measurement of the port.
+            path: The signal or the parameter with its unit, such as `plant.actuation.delta_f`.
+            value: A number, or an array of its shape `(n,)`, in the unit of measurement that it declares.
 
         Raises:
-            RequestError: There is no such input, or the value is none that it can take.
+            RequestError: There is no such input, the parameter is fixed, or the value is none that it can take.
+            SimulationError: The unit refuses the value.
         """
-        unit, _, name = self._known(path, "inputs").partition(".")
-        variable = self.system.variable(path, role="inputs")
-        if problems := variable.quantity.problems(path, value):
-            raise refuse(path, problems[0].found, problems[0].valid)
-        self._table.hold(unit, name, value)
+        self._change(path, value, partial(self._writer.write, path, value))
+
+    def release(self, path: str) -> None:
+        """Give a written input back to its connection, or a parameter the value that it had at the start.
+
+        Args:
+            path: The signal or the parameter with its unit, as it was written.
+
+        Raises:
+            RequestError: There is no such input, or the parameter is fixed.
+            SimulationError: The unit refuses the value.
+        """
+        self._change(path, None, partial(self._writer.release, path))
+
+    def _change(self, path: str, value: Any, change: Callable[[], None]) -> None:
+        try:
+            change()
+        except UnitError as fault:
+            raise self._fault(fault.unit, fault.reason) from fault
         self._written.note(self.tick + 1, path, value)
         self._bind()
         self._compile()
-
-    def release(self, path: str) -> None:
-        """Give a written input back to its connection.
-
-        Args:
-            path: The signal with its unit, as it was written.
-
-        Raises:
-            RequestError: There is no such input.
-        """
-        unit, _, name = self._known(path, "inputs").partition(".")
-        self._table.release(unit, name)
-        self._written.note(self.tick + 1, path, None)
-        self._bind()
-        self._compile()
-
-    def _known(self, path: str, role: str) -> str:
-        known = [f"{n}.{v.name}" for n, s in self.system.units.items() for v in getattr(s.interface, role)]
-        if path not in known:
-            raise refuse(path, f"no such {role[:-1]}", choices(known), did_you_mean(path, known))
-        return path
 
     def frame(self) -> pd.DataFrame:
         """Give all rows so far as a data frame.
@@ -313,12 +314,13 @@ class Simulation:
         """Give all rows so far as arrays.
 
         Returns:
-            Arrays of shape `(n,)` for n rows: `time` [s], then one per signal element, then the inputs that were
-            written. With a choice of what is recorded there is a row for each tick at which something was, with NaN
-            for the signals that were not.
+            Arrays of shape `(n,)` for n rows: `time` [s], then one per signal element, then the inputs that follow
+            a table, and what was written. With a choice of what is recorded there is a row for each tick at which
+            something was, with NaN for the signals that were not.
         """
         ticks, kept = self.log.columns()
-        return {"time": self.log.times[ticks], **kept, **self._written.received(kept, ticks)}
+        tabled = self._from_table.received(ticks)
+        return {"time": self.log.times[ticks], **kept, **tabled, **self._written.received(kept, ticks, tabled)}
 
     def close(self) -> None:
         """End the simulation of all units that have not failed, and release all; rows stay."""

@@ -6,9 +6,8 @@ what is not wanted is not even copied.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any, Final
 
 import numpy as np
@@ -16,8 +15,11 @@ from numpy.typing import NDArray
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
+from orchestrator.stepping.finiteness import Finiteness
+from orchestrator.stepping.observation import applied
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
 from orchestrator.system.experiment import EVERYTHING, Choice
+from orchestrator.system.patterns import fits
 from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
@@ -125,22 +127,15 @@ class RowLog:
         plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
         self._copies = self._groups[0].copies if plain else []
         self._others = [] if plain else self._groups
-        floats = [table.columns[kind][:n] for kind, n in table.recorded.items() if kind.is_float and n]
-        self._numbers = [
-            (values, finite := np.ones(values.shape, dtype=np.bool_), finite.tobytes()) for values in floats
-        ]
+        self.finiteness = Finiteness(table)
 
     def keep(self, tick: int) -> bool:
-        """Copy the present values to the row of `tick`, and return whether all values are finite, kept or not."""
+        """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
         for rows, values in self._copies:
             rows[tick] = values
         for group in self._others:
             group.keep(tick)
-        for values, finite, good in self._numbers:
-            np.isfinite(values, finite)
-            if finite.tobytes() != good:  # three times faster than `all` on a short row
-                return False
-        return True
+        return self.finiteness.holds(self.times[tick])
 
     @property
     def elements(self) -> list[list[RecordedElement]]:
@@ -195,12 +190,12 @@ def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArr
 
 
 def paces(system: System, choice: Choice) -> dict[str, int]:
-    """At every how many ticks each element of the outputs is kept.
+    """At every how many ticks each element of what units show is kept.
 
     A signal that fits no pattern is not kept, unless all patterns only leave something out.
 
     Args:
-        system: The system whose outputs are kept.
+        system: The system whose signals are kept.
         choice: Pattern by pattern, at every how many ticks.
 
     Returns:
@@ -209,23 +204,35 @@ def paces(system: System, choice: Choice) -> dict[str, int]:
     Raises:
         RequestError: A pattern fits no signal.
     """
-    elements = {
-        f"{unit}.{variable.name}": [f"{unit}.{element}" for element in variable.elements]
-        for unit, source in system.units.items()
-        for variable in source.interface.outputs
-    }
-    raise_if_any(
-        Problem(f"record {p}", "a pattern that no signal fits", choices(elements), _meant(p, elements))
-        for p in choice
-        if not any(fnmatchcase(path, p) for path in elements)
-    )
-    backwards = [*reversed([*choice.items()])]
-    others = 0 if any(choice.values()) else 1
-    return {
-        name: next((min(every, _ONCE) for pattern, every in backwards if fnmatchcase(path, pattern)), others)
-        for path, names in elements.items()
-        for name in names
-    }
+    raise_if_any(_unfitting(system, choice))
+    found: dict[str, int] = {}
+    for unit, source in system.units.items():
+        outputs = len(source.interface.outputs)
+        of_outputs, of_others = (applied(choice, source, to_outputs=is_output) for is_output in (True, False))
+        for i, variable in enumerate(source.interface.recorded):
+            pace = (of_outputs if i < outputs else of_others).pace(f"{unit}.{variable.name}")
+            found |= dict.fromkeys((f"{unit}.{element}" for element in variable.elements), min(pace, _ONCE))
+    return found
+
+
+def _unfitting(system: System, choice: Choice) -> Iterator[Problem]:
+    """The problems of patterns that no signal fits; that of everything fits a system that has none."""
+    paths = [f"{unit}.{v.name}" for unit, source in system.units.items() for v in source.interface.recorded]
+    for pattern in choice:
+        if pattern in EVERYTHING or any(fits(path, pattern) for path in paths):
+            continue
+        others = [f"{unit}.{name}" for unit, source in system.units.items() for name in source.observable]
+        if not any(fits(path, pattern) for path in others):
+            more = f" and {len(paths) - _LISTED} others" if len(paths) > _LISTED else ""
+            known = [*paths, *others[:_COMPARED]]
+            valid = choices(sorted(paths)[:_LISTED]) + more
+            yield Problem(f"record {pattern}", "a pattern that no signal fits", valid, _meant(pattern, known))
+
+
+_LISTED: Final = 100
+"""The most signals that a message lists."""
+_COMPARED: Final = 2000
+"""The most variables that a misspelled name is compared with."""
 
 
 def _meant(pattern: str, paths: Iterable[str]) -> str:

@@ -188,7 +188,8 @@ class _AsDeclared(UnitSource):
 
 def _shows_again(system: System, name: str) -> bool:
     interface = system.units[name].interface
-    return interface.output_after_set and bool(interface.feedthrough.any())
+    # what is observed may depend on any input, which the file does not say
+    return interface.output_after_set and bool(interface.feedthrough.any() or (interface.observed and interface.inputs))
 
 
 Needs: TypeAlias = Mapping[str, Mapping[str, Connection]]

@@ -14,7 +14,7 @@ from orchestrator.system.system import Connection, System
 
 
 class RecordedElement(NamedTuple):
-    """One element of an output, and where its values are."""
+    """One element of an output or of an observed variable, and where its values are."""
 
     unit: str
     path: str
@@ -36,7 +36,7 @@ class _Conversion(NamedTuple):
 
 
 class SignalTable:
-    """Memory for all outputs, in the order of the units, and behind them a slot for each input that is held.
+    """Memory for all that units show, in the order of the units, and behind them a slot for each input that is held.
 
     A unit's inputs are a view of the outputs that drive them where these lie side by side, else a copy by index.
 
@@ -49,15 +49,15 @@ class SignalTable:
         self._first: dict[str, dict[Type, int]] = {}
         self._held_first: dict[str, dict[Type, int]] = {}
         length = dict.fromkeys(Type, 0)
-        for role, first in (("outputs", self._first), ("inputs", self._held_first)):
+        for role, first in (("recorded", self._first), ("inputs", self._held_first)):
             for name, source in system.units.items():
                 width = widths(getattr(source.interface, role))
                 first[name] = {kind: length[kind] for kind in width}
                 for kind, n in width.items():
                     length[kind] += n
-            if role == "outputs":
+            if role == "recorded":
                 self.recorded = dict(length)
-                """By type, the number of elements at the beginning of the column that are outputs."""
+                """By type, the number of elements at the beginning of the column that units show."""
         self.columns: dict[Type, Column] = {kind: zeros(kind, n) for kind, n in length.items()}
         """By type, the values of all elements, (n,)."""
         self._held: set[tuple[str, str]] = set()
@@ -72,24 +72,24 @@ class SignalTable:
         Args:
             unit: Name of the unit.
             name: Name of the signal within the unit.
-            role: `outputs` or `inputs`, as the interface calls them.
+            role: `recorded` or `inputs`, as the interface calls them.
 
         Returns:
             Its type, and its elements in the column of that type.
         """
-        first = self._first if role == "outputs" else self._held_first
+        first = self._first if role == "recorded" else self._held_first
         kind, at = positions(getattr(self.system.units[unit].interface, role))[name]
         start = first[unit][kind] + at
         return kind, slice(start, start + self.system.variable(f"{unit}.{name}", role=role).size)
 
     def _source(self, wire: Connection) -> tuple[Type, slice]:
         """Type and place of what drives an input, or an element of it."""
-        kind, there = self.slots(wire.source, wire.output, "outputs")
+        kind, there = self.slots(wire.source, wire.output, "recorded")
         return kind, there if wire.output_element is None else _moved(wire.output_element.at, there.start, 1)
 
     def outputs(self, unit: str) -> TypedColumns:
         """The columns that a unit writes its outputs to."""
-        width = widths(self.system.units[unit].interface.outputs)
+        width = widths(self.system.units[unit].interface.recorded)
         return {kind: self.columns[kind][(a := self._first[unit][kind]) : a + n] for kind, n in width.items()}
 
     def inputs(self, unit: str) -> TypedColumns:
@@ -145,10 +145,10 @@ class SignalTable:
         return self._gathers[unit]
 
     def read(self, path: str) -> Any:
-        """The present value of an output by its full path: a number, a text, or an array of the variable's shape."""
+        """The present value of what a unit shows, by its full path: a number, a text, or an array of its shape."""
         unit, _, name = path.partition(".")
-        variable = self.system.variable(path)
-        kind, slots = self.slots(unit, name, "outputs")
+        variable = self.system.variable(path, role="recorded")
+        kind, slots = self.slots(unit, name, "recorded")
         values = self.columns[kind][slots]
         if variable.shape:
             return values.reshape(variable.shape).copy()
@@ -158,6 +158,10 @@ class SignalTable:
         """Hold an input at a value in place of its connections, from the next call of `inputs` on."""
         self._keep(unit, name, value)
         self._held.add((unit, name))
+
+    def is_held(self, unit: str, name: str) -> bool:
+        """Whether an input is held by `hold`."""
+        return (unit, name) in self._held
 
     def _keep(self, unit: str, name: str, value: Any) -> None:
         """Set the value that an input has where nothing drives it."""
@@ -169,24 +173,19 @@ class SignalTable:
         self._held.discard((unit, name))
 
     def elements(self) -> list[RecordedElement]:
-        """Every element of every output, in the order of the units."""
+        """Every element of every variable that a unit shows, in the order of the units."""
         elements: list[RecordedElement] = []
         for unit, source in self.system.units.items():
-            for variable in source.interface.outputs:
-                kind, slots = self.slots(unit, variable.name, "outputs")
+            shown = source.interface.recorded
+            places = positions(shown)
+            for variable in shown:
+                kind, at = places[variable.name]
+                start = self._first[unit][kind] + at
                 elements += [
-                    RecordedElement(unit, f"{unit}.{element}", kind, slots.start + i)
+                    RecordedElement(unit, f"{unit}.{element}", kind, start + i)
                     for i, element in enumerate(variable.elements)
                 ]
         return elements
-
-    def first_not_finite(self) -> tuple[RecordedElement, float]:
-        """The first output that is not a finite number, and its value. Raises `LookupError` if all are finite."""
-        for element in self.elements():
-            value = self.columns[element.type][element.position]
-            if element.type.is_float and not np.isfinite(value):
-                return element, float(value)
-        raise LookupError("all signals are finite")
 
 
 def _moved(at: int, start: int, size: int) -> slice:

@@ -16,6 +16,7 @@ from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.record import Variable
 from fmus.reading.archive import Archive, InterfaceType
+from fmus.reading.observation import observable, observing
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface, SuggestedExperiment
@@ -107,6 +108,15 @@ class UnitSource(ABC):
         """
         del role
         return variable.elements
+
+    @property
+    def observable(self) -> Mapping[str, str]:
+        """The names of the variables that can be recorded besides the outputs, each with its causality in FMI."""
+        return {}
+
+    def observing(self, names: Sequence[str]) -> UnitSource:  # noqa: ARG002 - there are none
+        """The same source, whose units show these `observable` variables, too. Raises `RequestError`."""
+        return self
 
     def declares(self, name: str) -> bool:  # noqa: ARG002 - a file may, others do not
         """Whether the file declares a variable of a name, even one that no master exchanges."""
@@ -245,6 +255,15 @@ class Fmu(UnitSource):
     @override
     def has_own_values(self) -> bool:
         return True
+
+    @property
+    @override
+    def observable(self) -> Mapping[str, str]:
+        return observable(self.archive)
+
+    @override
+    def observing(self, names: Sequence[str]) -> Self:
+        return replace(self, known=observing(self.archive, names, self.parameters))
 
     @override
     def declares(self, name: str) -> bool:

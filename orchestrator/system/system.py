@@ -16,6 +16,8 @@ from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
 from orchestrator.system.connection import Connection, is_part, signal
+from orchestrator.system.input_table import InputTable
+from orchestrator.system.patterns import fits
 from orchestrator.system.source import UnitSource
 
 
@@ -38,6 +40,8 @@ class System:
         unset: Full paths of inputs that nothing drives and nobody has a value for: a unit keeps the values that it has
             for them inside.
         steps: Steps of units that have their own, in macro steps: a whole number, or the reciprocal of one.
+        table: A table that inputs follow in place of their held values.
+        allow_nonfinite: Patterns of the signals that may be infinite or not a number although a unit reads them.
 
     Raises:
         RequestError: The system is not valid; the error lists all problems.
@@ -51,6 +55,8 @@ class System:
     unconverted: Collection[str] = frozenset()
     unset: Collection[str] = frozenset()
     steps: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
+    table: InputTable | None = None
+    allow_nonfinite: Collection[str] = ()
 
     def __post_init__(self) -> None:
         raise_if_any(_problems(self))
@@ -81,7 +87,7 @@ class System:
 
         Args:
             path: The path, such as `plant.state.v_x`.
-            role: `inputs` or `outputs`, the list of the interface that it stands in.
+            role: `inputs`, `outputs` or `recorded`, the list of the interface that it stands in.
 
         Raises:
             KeyError: There is no such variable.
@@ -117,6 +123,7 @@ def _problems(system: System) -> Iterator[Problem]:
     for path in system.transformations.keys() - driven.keys():
         yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
     yield from _step_problems(system)
+    yield from _pattern_problems(system)
 
 
 def _instance_problems(system: System) -> Iterator[Problem]:
@@ -129,6 +136,19 @@ def _instance_problems(system: System) -> Iterator[Problem]:
                 found = f"{file}, which `{other}` runs too"
                 valid = "an FMU that can be instantiated more than once per process"
                 yield Problem(f"unit `{name}`", found, valid, "Run one of them in a process of its own.")
+
+
+def _pattern_problems(system: System) -> Iterator[Problem]:
+    paths = [
+        f"{name}.{path}"
+        for name, source in system.units.items()
+        for v in source.interface.outputs
+        for path in (v.name, *v.elements)
+    ]
+    for pattern in system.allow_nonfinite:
+        if pattern != "*" and not any(fits(path, pattern) for path in paths):
+            where = f"allow_nonfinite {pattern}"
+            yield Problem(where, "a pattern that no output fits", choices({*paths}), did_you_mean(pattern, paths))
 
 
 def _step_problems(system: System) -> Iterator[Problem]:

@@ -460,9 +460,14 @@ def test_outputs_that_are_no_numbers_end_the_run(good, tmp_path, version):
     lines = {2: "i->r[1] = 0.0 / 0.0;", 3: "*(double *)room(i->slots + 1, 1, 8) = 0.0 / 0.0;"}
     source = f'#define EXTRA {lines[version]}\n#include "echo{version}.c"'
     path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
-    with pytest.raises(SimulationError) as error:
-        rows(path)
-    assert "the signal `m.y` is " in str(error.value)
+    reader = [scalar("u", 1, "input", of_start="0"), scalar("y", 101, "output")]
+    unknown = ['<Unknown index="2" dependencies=""/>']
+    text = description2(reader, unknown, initial=unknown)
+    other = pack(tmp_path / "other.fmu", Version.FMI2, text, library(tmp_path, Version.FMI2, '#include "echo2.c"'))
+    system = System({"m": Fmu(path), "n": Fmu(other)}, {"n.u": "m.y"})
+    with pytest.raises(SimulationError, match="the signal `m.y` is -?nan, which `n.u` would receive"):
+        simulate(system, h=0.1, until=0.1)
+    assert rows(path)["m.y"].isna().any()
 
 
 def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):

@@ -237,3 +237,19 @@ def test_check_lists_what_may_be_set_before_the_run(in_tmp_path, macrostep):
     assert rows["v0"] == "  v0      local      start value, continuous  Float64        0.0"
     assert rows["k"] == "  k       parameter  tunable                  Float64        2.0"
     assert rows["n"] == "  n       parameter  fixed                    Int32          3"
+
+
+def test_local_variables_are_listed_up_to_a_bound(in_tmp_path, macrostep):
+    variables = [
+        scalar("y", 0, "output"),
+        scalar("k", 1, "calculatedParameter", variability="fixed"),
+        *(scalar(f"x{i}", 2, "local", of_unit="m") for i in range(105)),
+    ]
+    before = '<UnitDefinitions><Unit name="m"/></UnitDefinitions>'
+    unknown = ['<Unknown index="1"/>', '<Unknown index="2"/>']
+    text = description2(variables, unknown[:1], before=before, initial=unknown)
+    pack(in_tmp_path / "a.fmu", Version.FMI2, text, ssps.echo_library(Version.FMI2))
+    code, out, _ = macrostep("check", "a.fmu")
+    assert code == 0
+    assert "  y       output      Float64\n  k       calculated  Float64\n  x0      local       Float64  m\n" in out
+    assert "  x98     local       Float64  m\n  and 6 more, which --record takes as well\n" in out

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from lxml import etree
 from pythonfmu import FmuBuilder
 
 from components.interfaces.problem import RequestError
@@ -20,6 +21,7 @@ from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
 from orchestrator.stepping.master import Simulation, simulate
 from orchestrator.system.source import Fmu
+from tests.fmus.foreign import copied, entries
 from tests.orchestrator import foreign
 
 STATE = ("x", "y", "psi", "v_x", "v_y", "r")
@@ -214,3 +216,31 @@ def test_the_summary_names_the_file_and_the_mapping(tmp_path):
     assert (told["runs_as"], told["file"]) == ("FMI 2.0", "theirs.fmu")
     assert 'v_x = "car.speed"' in told["mapping"]
     assert 'axes = "y_right"' in told["mapping"]
+
+
+@pytest.mark.parametrize("isolate", [(), ("plant",)])
+def test_local_variables_behind_a_mapping_are_recorded_as_the_fmu_has_them(tmp_path, isolate):
+    path = foreign.right_handed_mapping(tmp_path)
+    root = etree.fromstring(entries(tmp_path / "theirs.fmu")["modelDescription.xml"])
+    variables = [v.get("name") for v in root.iterfind("ModelVariables/ScalarVariable")]
+    root.find("ModelVariables/ScalarVariable[@name='car.engine']").set("causality", "local")
+    for unknown in root.findall(f"ModelStructure/*/Unknown[@index='{variables.index('car.engine') + 1}']"):
+        unknown.getparent().remove(unknown)
+    changed = {"modelDescription.xml": etree.tostring(root, xml_declaration=True, encoding="UTF-8")}
+    copied(tmp_path / "theirs.fmu", tmp_path / "changed.fmu", changed).replace(tmp_path / "theirs.fmu")
+    made = prepare(
+        "static",
+        Options(
+            mode="blocks",
+            stop_time=0.5,
+            replacements={"plant": str(path), "controller": "lqr"},
+            record=["plant.car.*", "plant.state.v_x"],
+            isolate=isolate,
+        ),
+    )
+    with Simulation(made.system, h=made.h, until=made.until, record=made.record) as simulation:
+        simulation.run()
+        frame = simulation.frame()
+    assert frame.columns.tolist() == ["time", "plant.state.v_x", "plant.car.engine"]
+    assert frame["plant.car.engine"].eq(42).all()
+    assert frame["plant.state.v_x"].iloc[0] == pytest.approx(10)

@@ -115,6 +115,17 @@ def test_a_system_without_sockets_has_no_metrics():
     assert compute(rows(), {}, SCENE) == {}
 
 
+def test_a_bus_that_is_not_finite_takes_nothing_from_the_metrics_of_others():
+    tyre = {"car__tyre__mu_f": np.array([np.nan, 0.4, 0.9, 0, 0]), "car__tyre__mu_r": np.full(N, 0.2)}
+    absent = {"others__obstacles__x[1]": np.full(N, np.nan)}
+    other = {"car__ttc": np.full(N, np.inf)}
+    x = [8.0, 0, 0, 0, 0]
+    found = compute(rows(**tyre, **absent, **other, car__state__x=x), BUSES, SCENE)
+    assert found["mu_f_max"] == 0.9
+    assert found["gap_obstacle"] == 0
+    assert found["gap_edge"] == compute(rows(), BUSES, SCENE)["gap_edge"]
+
+
 def test_rows_that_are_no_numbers_do_not_count():
     broken = compute(rows(car__state__x=[0, 0, 0, 0, np.nan]), BUSES, SCENE)
     assert broken == compute(rows(car__state__x=[0.0] * 5).iloc[:-1], BUSES, SCENE)

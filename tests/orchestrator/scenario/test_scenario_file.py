@@ -37,7 +37,7 @@ def test_a_missing_entry_is_told():
 
 def test_an_unknown_entry_suggests_the_nearest():
     found = messages(scenario(trafic={"block": "empty_road"}))
-    assert found[0].startswith("mine.toml: trafic: found an unknown entry; valid: controller, description")
+    assert found[0].startswith("mine.toml: trafic: found an unknown entry; valid: allow_nonfinite, controller, ")
     assert found[0].endswith("Did you mean `traffic`?")
     assert messages(scenario(plant={"blok": "stationary"})) == [
         "mine.toml: plant.blok: found an unknown entry; valid: block, fmu, interface, mapping, parameters, step, use."

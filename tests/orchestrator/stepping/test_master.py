@@ -158,7 +158,10 @@ def test_a_value_that_is_not_finite_ends_the_run_and_keeps_the_rows(static):
         with pytest.raises(SimulationError) as error:
             simulation.run()
         frame = simulation.frame()
-    assert str(error.value) == "tick 2 (t = 0.2 s), unit `plant`: the signal `plant.state.x` is inf"
+    assert str(error.value) == (
+        "tick 2 (t = 0.2 s), unit `plant`: the signal `plant.state.x` is inf, which `traffic.ego.x`, `controller.ego.x`"
+        " would receive; --allow-nonfinite 'plant.state.x' lets it pass"
+    )
     assert frame["plant.state.x"].tolist() == [1.0, 1e300, np.inf]
 
 

@@ -58,13 +58,3 @@ def test_elements_are_those_of_the_outputs_in_the_order_of_the_units(table):
     table.columns[valid.type][valid.position] = True
     assert table.read("traffic.obstacles.valid").tolist() == [False, False, True, *[False] * 5]
     assert {kind: sum(e.type is kind for e in elements) for kind in Type} == table.recorded
-
-
-def test_the_first_value_that_is_not_finite_is_told_with_its_element():
-    table = small()
-    with pytest.raises(LookupError):
-        table.first_not_finite()
-    table.outputs("h")[Type.FLOAT64][:] = np.inf
-    table.outputs("g")[Type.FLOAT64][:] = -np.inf
-    element, value = table.first_not_finite()
-    assert (element.unit, element.path, value) == ("g", "g.b.value", -np.inf)

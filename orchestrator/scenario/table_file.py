@@ -1,0 +1,185 @@
+"""Files with the values of inputs over time: CSV, or parquet such as the `signals.parquet` of a run.
+
+The first column is `time`, each other one has the name of an input: `v`, `car.v`, `v [km/h]`, `x[2]`.
+"""
+# pyright: basic
+# pyarrow carries no types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from components.interfaces.conversion import unit_conversion
+from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.quantity import Quantity
+
+TIME: Final = "time"
+_SECOND: Final = Quantity("s", "the unit of measurement of times")
+_HEADER: Final = re.compile(r"(?P<name>.*?)\s+\[(?P<unit>[^\[\]]*)\]")
+_VALID: Final = "a table: a .csv or .parquet file with the column `time` first, and one for each input"
+
+
+@dataclass(frozen=True)
+class TableColumn:
+    """A column as the file has it."""
+
+    name: str
+    unit: str | None
+    """The unit of measurement; None where the file does not give it."""
+    read: Callable[[], Sequence[Any]] = field(repr=False)
+    """Gives the values, row by row: texts in a CSV file."""
+
+
+@dataclass(frozen=True)
+class TableFile:
+    """A file that was read, whose columns have not been compared with the inputs of a system."""
+
+    where: str
+    """The file, as messages name it."""
+    suffix: str
+    content: bytes = field(repr=False)
+    times: NDArray[np.float64] = field(repr=False)
+    """[s] The time of each row, increasing, (rows,)."""
+    columns: Mapping[str, TableColumn]
+    """All columns but the time, by their names."""
+    lines: Sequence[int] = field(repr=False)
+    """The line, or the row, of each row in the file, counted from 1."""
+    is_run: bool = False
+    """Whether a run has written it, with all its signals."""
+
+    def at(self, row: int, column: str) -> str:
+        """The place of a value, for messages."""
+        word = "line" if self.suffix == ".csv" else "row"
+        return f"{self.where}, {word} {self.lines[row]}, `{column}`"
+
+
+def read_table(path: Path, where: str | None = None) -> TableFile:
+    """Read a table, and check its times.
+
+    Args:
+        path: The file.
+        where: The file, as messages name it; its path if not given.
+
+    Raises:
+        RequestError: It cannot be read, is no table, or its times do not increase.
+    """
+    where = where or str(path)
+    if path.suffix not in {".csv", ".parquet"}:
+        raise refuse(where, f"a file ending in `{path.suffix}`", _VALID)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise refuse(where, f"a file that cannot be read ({error.strerror})", _VALID) from error
+    columns, lines, is_run = (_csv if path.suffix == ".csv" else _parquet)(content, where)
+    if not columns or columns[0].name.lower() != TIME:
+        first = f"the first column `{columns[0].name}`" if columns else "no columns"
+        raise refuse(where, first, _VALID)
+    if not lines:
+        raise refuse(where, "no rows", _VALID)
+    names = [column.name for column in columns]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise refuse(where, f"two columns `{twice[0]}`", "a name of its own for each column")
+    by_name = {column.name: column for column in columns[1:]}
+    table = TableFile(where, path.suffix, content, np.zeros(0), by_name, lines, is_run)
+    return TableFile(where, path.suffix, content, _times(table, columns[0]), by_name, lines, is_run)
+
+
+def numbers(table: TableFile, column: TableColumn) -> NDArray[np.float64]:
+    """The values of a column as numbers, (rows,); none is NaN.
+
+    Raises:
+        RequestError: A value is no number, with its place.
+    """
+    values = column.read()
+    found: list[float] = []
+    for row, value in enumerate(values):
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = np.nan
+        if np.isnan(number):
+            raise refuse(table.at(row, column.name), shown(value), "a number")
+        found.append(number)
+    return np.array(found)
+
+
+def shown(value: Any) -> str:
+    """A value of a table, for messages."""
+    return "nothing" if value is None or value == "" else f"`{value}`"
+
+
+def _times(table: TableFile, column: TableColumn) -> NDArray[np.float64]:
+    conversion = unit_conversion(Quantity(column.unit or "s", "a time"), _SECOND)
+    if conversion is None:
+        raise refuse(f"{table.where}: {column.name}", f"the unit `{column.unit}`", "a unit of time, such as `s`")
+    times = np.asarray(conversion(numbers(table, column)))
+    if not np.isfinite(times).all():
+        row = int(np.flatnonzero(~np.isfinite(times))[0])
+        raise refuse(table.at(row, column.name), f"{times[row]}", "a finite number")
+    if len(back := np.flatnonzero(np.diff(times) <= 0)):
+        row = int(back[0]) + 1
+        found = f"{times[row]:g} s after {times[row - 1]:g} s"
+        raise refuse(table.at(row, column.name), found, "times that increase", "Sort the rows.")
+    return times
+
+
+_Content = tuple[list[TableColumn], Sequence[int], bool]
+"""All columns, the line of each row, and whether a run has written the file."""
+
+
+def _csv(content: bytes, where: str) -> _Content:
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise refuse(where, f"bytes that are no UTF-8 (at byte {error.start})", _VALID) from error
+    header, _, _ = text.partition("\n")
+    delimiter = next((mark for mark in (";", "\t") if mark in header), ",")
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter, skipinitialspace=True)
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for row in reader:
+        if any(cell.strip() for cell in row):
+            rows.append([cell.strip() for cell in row])
+            lines.append(reader.line_num)
+    if not rows:
+        return [], [], False
+    names, *body = rows
+    raise_if_any(
+        Problem(f"{where}, line {line}", f"{len(row)} values", f"{len(names)}, one for each column")
+        for row, line in zip(body, lines[1:], strict=True)
+        if len(row) != len(names)
+    )
+    columns: list[TableColumn] = []
+    for i, name in enumerate(names):
+        match = _HEADER.fullmatch(name)
+        read = lambda i=i: [row[i] for row in body]  # noqa: E731 - its only use is one line below
+        columns.append(TableColumn(match["name"] if match else name, match["unit"] if match else None, read))
+    return columns, lines[1:], False
+
+
+def _parquet(content: bytes, where: str) -> _Content:
+    import pyarrow as pa  # noqa: PLC0415 - slow to import, and most runs have no such table
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    try:
+        table: Any = pq.ParquetFile(io.BytesIO(content)).read()
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise refuse(where, "a file that is no parquet", _VALID) from error
+    columns: list[TableColumn] = []
+    for item in table.schema:
+        unit = (item.metadata or {}).get(b"unit")
+        match = _HEADER.fullmatch(item.name)
+        name = match["name"] if match else str(item.name)
+        given = unit.decode() if unit else match["unit"] if match else None
+        columns.append(TableColumn(name, given or None, table.column(item.name).to_pylist))
+    is_run = b"macrostep" in (table.schema.metadata or {})
+    return columns, range(1, table.num_rows + 1), is_run
