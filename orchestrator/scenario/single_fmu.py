@@ -91,7 +91,7 @@ def _problems(archive: Archive, *resolutions: Resolution) -> Iterator[Problem]:
         for problem in resolution.problems:
             value = np.asarray(values.get(problem.where))
             special = value.dtype.kind == "f" and not np.isfinite(value).all()
-            lenient = special and archive.version is Version.FMI2 and not problem.remedy
+            lenient = special and archive.version is not Version.FMI3 and not problem.remedy
             yield replace(problem, remedy="Take it as it is with --lenient.") if lenient else problem
 
 

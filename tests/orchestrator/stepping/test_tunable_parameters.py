@@ -106,7 +106,7 @@ def test_what_cannot_be_written_is_refused_with_what_can(tmp_path):
             simulation.write("fmu.k", 10)
 
 
-@pytest.mark.parametrize("version", list(Version), ids="fmi{}".format)
+@pytest.mark.parametrize("version", [Version.FMI2, Version.FMI3], ids="fmi{}".format)
 def test_model_exchange_takes_them_in_event_mode(tmp_path, version):
     """A ball that falls from 1 m, on which gravity ceases at 0.2 s."""
     made = library(tmp_path, version, f'#include "me{version}.c"', '-DMODEL="ball.h"')
