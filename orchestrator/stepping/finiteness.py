@@ -21,6 +21,7 @@ from orchestrator.system.system import Connection, System
 
 ALL: Final = "*"
 """The pattern that allows every signal, as files are run that break rules; what it allows is told."""
+_is_finite = np.isfinite
 _LISTED: Final = 12
 """The signals that a remark lists."""
 
@@ -51,10 +52,11 @@ class Finiteness:
 
     Args:
         table: The signal table.
+        times: The time of each tick [s], (ticks,).
     """
 
-    def __init__(self, table: SignalTable) -> None:
-        self._system = table.system
+    def __init__(self, table: SignalTable, times: NDArray[np.float64]) -> None:
+        self._system, self._times = table.system, times
         self._found: list[NotFinite] = []
         readers = _readers(table.system)
         allowed = _Allowed(table.system)
@@ -67,16 +69,12 @@ class Finiteness:
                 )
                 self._watched.append(_Watched(table.columns[kind][:n], elements, fatal))
 
-    def holds(self, time: float) -> bool:
-        """Whether the run may go on with the present values.
-
-        Args:
-            time: The present instant [s].
-        """
+    def holds(self, tick: int) -> bool:
+        """Whether the run may go on with the values of a tick, the present ones."""
         good = True
         for watched in self._watched:
-            np.isfinite(watched.values, watched.finite)
-            if watched.finite.tobytes() != watched.usual and not self._is_harmless(watched, time):
+            _is_finite(watched.values, finite := watched.finite)
+            if finite.tobytes() != watched.usual and not self._is_harmless(watched, float(self._times[tick])):
                 good = False
         return good
 

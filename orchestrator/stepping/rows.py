@@ -127,7 +127,7 @@ class RowLog:
         plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
         self._copies = self._groups[0].copies if plain else []
         self._others = [] if plain else self._groups
-        self.finiteness = Finiteness(table)
+        self.finiteness = Finiteness(table, times)
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
@@ -135,7 +135,7 @@ class RowLog:
             rows[tick] = values
         for group in self._others:
             group.keep(tick)
-        return self.finiteness.holds(self.times[tick])
+        return self.finiteness.holds(tick)
 
     @property
     def elements(self) -> list[list[RecordedElement]]:
