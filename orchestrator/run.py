@@ -78,11 +78,13 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
     pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
     simulation = _simulation(scenario)
     scenario = replace(scenario, system=simulation.system)  # what is recorded besides outputs has been added
+    here = Path.cwd()  # no path is relative to where an FMU may lead this process
     with ExitStack() as undisturbed:
         with ExitStack() as running:
             # A library that cannot be loaded leaves no folder behind.
             fault = _attempt(lambda: running.enter_context(simulation))
-            folder = new_folder(scenario.name, out)
+            named = new_folder(scenario.name, out)
+            folder = here / named
             write_system(scenario, folder)
             request = RecordingRequest(
                 folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
@@ -108,7 +110,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
         progress.now("writing the recording")
         notes = _recorded(execution, request, simulation, summary.ending(ended))
         summary.write_summary(content, folder)
-    return Finished(folder, content, ended, notes)
+    return Finished(named, content, ended, notes)
 
 
 def _simulation(scenario: Scenario) -> Simulation:

@@ -12,7 +12,8 @@ from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from fmus.export.c_sources import runtime_files, runtime_sources
 from fmus.export.content import Generated, content, generate
-from fmus.export.fingerprint import STAMP_PATH, Stamp
+from fmus.export.fingerprint import Stamp
+from fmus.export.own_builds import STAMP_PATH, note_build
 from fmus.toolchain.archives import write_archive
 from fmus.toolchain.compiler import Compiler
 from fmus.toolchain.version import Version
@@ -86,6 +87,7 @@ class Compilation:
         if stamp is not None:
             files[STAMP_PATH] = stamp.to_bytes()
         write_archive(path, files)
+        note_build(path)
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:

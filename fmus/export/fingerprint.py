@@ -19,12 +19,10 @@ import fmus
 from components.interfaces.block import Block
 from components.interfaces.maths import Array
 from fmus.export.description_parts import tool_version
+from fmus.export.own_builds import STAMP_PATH
 from fmus.toolchain.compiler import FLAGS, Compiler
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
-
-STAMP_PATH = "extra/org.macrostep/build.json"
-"""The file of an FMU that holds the stamp it was built with."""
 
 _SUFFIXES = (".py", ".c", ".h")
 

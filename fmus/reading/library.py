@@ -10,13 +10,14 @@ import posixpath
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from components.interfaces.problem import RequestError, listed, refuse
-from fmus.reading.archive import Archive
+from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.needed_functions import all_functions, known_function, needed_functions
 from fmus.reading.recompile import compile_library, declared_sources
-from fmus.reading.unpack import read_file
+from fmus.reading.unpack import read_file, unpack
 from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
 from fmus.toolchain.fmpy_library import freeLibrary
 from fmus.toolchain.function_library import function_prefix
@@ -174,6 +175,25 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
         )
     finally:
         freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened the library once more, and closes it only once
+
+
+def compile_beforehand(archive: Archive) -> None:
+    """Compile the library of an FMU that has only its sources, so that it is found in the user's cache from now on.
+
+    Args:
+        archive: The FMU.
+
+    Raises:
+        RequestError: The library cannot be compiled.
+    """
+    if archive.library is not None:
+        return
+    with TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True) as temporary:
+        folder = Path(temporary).resolve()
+        unpack(archive.path, folder, str(archive.path), VALID_FMU)
+        library = folder / _place(archive)
+        library.parent.mkdir(parents=True, exist_ok=True)
+        compile_library(archive, folder, library)
 
 
 def _opened(library: Path, code: MachineCode, where: str) -> ctypes.CDLL:

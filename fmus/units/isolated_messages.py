@@ -5,17 +5,23 @@ Numbers lie in a file that both processes map; texts and bytes, which have no fi
 
 from __future__ import annotations
 
+import io
 import mmap
+import pickle
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from lxml import etree
+from typing_extensions import override
 
-from components.interfaces.problem import Problem
 from components.interfaces.quantity import DTYPES, Type, zeros
-from fmus.reading.archive import InterfaceType
+from fmus.reading.archive import VALID_FMU, Archive
+from fmus.reading.unpack import parse_xml
 from fmus.unit_interface import Interface
 from fmus.units.unit import Column, TypedColumns, widths
 
@@ -27,14 +33,46 @@ class Instantiation:
     """The first request: make the unit."""
 
     name: str
-    path: Path
-    parameters: Mapping[str, Any]
-    lenient: bool
-    interface_type: InterfaceType
+    folder: Path
+    """The working folder of the process that asks for it."""
+    packed: bytes
+    """The FMU file as it was read, without the element tree of its description, which cannot be sent."""
+    description: bytes | None
+    """The text of that element tree, where it is of use because the library has to be compiled."""
     memory: Path
-    """The file that both processes map."""
-    observed: tuple[str, ...] = ()
-    """The variables that are recorded besides the outputs."""
+    """The file of the columns, which both processes map."""
+    control: Path | None
+    """The file for the calls of every macro step; without one they are messages like all others."""
+
+    @classmethod
+    def of(cls, name: str, archive: Archive, memory: Path, control: Path | None) -> Instantiation:
+        """The request to make the unit of an FMU file."""
+        text = None if archive.root is None or archive.library is not None else etree.tostring(archive.root)
+        stream = io.BytesIO()
+        _Pickler(stream, pickle.HIGHEST_PROTOCOL).dump(replace(archive, root=None))
+        return cls(name, Path.cwd(), stream.getvalue(), text, memory, control)
+
+    @property
+    def archive(self) -> Archive:
+        """The FMU file with its description, as far as that is of use."""
+        archive: Archive = pickle.loads(self.packed)  # noqa: S301 - from our own process
+        if self.description is None:
+            return archive
+        return replace(archive, root=parse_xml(self.description, str(archive.path), VALID_FMU))
+
+
+class _Pickler(pickle.Pickler):
+    """Pickles the enumerations of FMUs too, which are classes that no module has."""
+
+    @override
+    def reducer_override(self, obj: Any) -> Any:
+        if isinstance(obj, type) and issubclass(obj, IntEnum) and not _is_importable(obj):
+            return IntEnum, (obj.__name__, {name: item.value for name, item in obj.__members__.items()})
+        return NotImplemented
+
+
+def _is_importable(kind: type[Any]) -> bool:
+    return getattr(sys.modules.get(kind.__module__), kind.__qualname__, None) is kind
 
 
 @dataclass(frozen=True)
@@ -52,20 +90,38 @@ class UnitCall:
 
 
 @dataclass(frozen=True)
+class Raised:
+    """An exception on its way to another process, as exceptions that take several arguments do not pickle."""
+
+    kind: type[Exception]
+    arguments: tuple[Any, ...]
+    content: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, error: Exception) -> Raised:
+        """What an exception consists of."""
+        return cls(type(error), error.args, dict(vars(error)))
+
+    @property
+    def error(self) -> Exception:
+        """The exception."""
+        error = self.kind.__new__(self.kind)
+        error.args = self.arguments
+        vars(error).update(self.content)
+        return error
+
+
+@dataclass(frozen=True)
 class UnitReply:
     """The reply to a request."""
 
     value: Any = None
     messages: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
     """The outputs that are texts or bytes, type by type."""
-    problems: tuple[Problem, ...] = ()
-    """The problems of a `RequestError`."""
-    remarks: tuple[str, ...] = ()
-    end: float | None = None
-    """[s] The time at which the unit asks for the end of the run."""
-    fault: tuple[str, tuple[str, ...]] | None = None
-    """The `action` and `said` of a `UnitError`."""
+    raised: Raised | None = None
+    """What the unit raised."""
 
 
 def map_columns(interface: Interface, file: Path) -> tuple[dict[Type, Column], dict[Type, Column]]:

@@ -3,99 +3,154 @@
 from __future__ import annotations
 
 import itertools
-import pickle
+import os
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from typing_extensions import override
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
-from fmus.reading.observation import observing
-from fmus.reading.opening import open_fmu
 from fmus.toolchain.child_process import ParentProcess
 from fmus.units.capabilities import EventCapability, StateCapability
-from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
+from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
+from fmus.units.isolated_messages import Instantiation, Raised, UnitCall, UnitReply, map_columns, put_texts, texts
 from fmus.units.make import fmu_unit
 from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, UnitError, carry_out
+
+_OF_UNITS: Final = ("enter_initialization", "exit_initialization", "step", "tune", "terminate", "close")
+_OF_EVENTS: Final = ("activate", "update", "fired", "trigger")
+_OF_STATES: Final = ("save", "restore", "forget")
+"""The methods that can be called from the other process."""
+_RAISED: Final = (RequestError, UnitError, EndRequested)
+"""What is raised there as it is here."""
 
 
 def main() -> None:
     """Answer requests until the unit is closed, or the parent process has ended."""
     parent = ParentProcess()
-    host: _Host | None = None
-    while True:
-        try:
-            request: Instantiation | UnitCall = pickle.load(parent.requests)  # noqa: S301 - from our own process
-        except (EOFError, pickle.UnpicklingError):
-            return
-        try:
-            if isinstance(request, Instantiation):
-                host, reply = _Host(request), UnitReply()
+    parent.end_with_parent()
+    try:
+        parent.answer(UnitReply())  # that it has started
+        request: Instantiation = parent.request()
+        host = _made(parent, request)
+        if host is not None:
+            _serve(parent, host, None if request.control is None else ControlBlock(request.control))
+    except EOFError:  # the parent has ended
+        return
+
+
+def _made(parent: ParentProcess, request: Instantiation) -> _Host | None:
+    """Make the unit, and say so."""
+    os.chdir(request.folder)  # paths are relative to it, and files that an FMU makes belong there
+    try:
+        host = _Host(request)
+    except _RAISED as error:
+        parent.answer(UnitReply(raised=Raised.of(error)))
+        return None
+    parent.answer(host.reply(host.demands_events))
+    return host
+
+
+def _serve(parent: ParentProcess, host: _Host, block: ControlBlock | None) -> None:
+    """Carry out requests until the unit is closed. Raises `EOFError`."""
+    closed = False
+    while not closed:
+        quick = None if block is None else block.next_request()
+        if block is not None and quick is not None and quick.call is not QuickCall.MESSAGE:
+            reply = host.carry_out_quickly(quick)
+            if isinstance(reply, int):
+                block.answer(reply)
             else:
-                reply = UnitReply() if host is None else host.carry_out(request)
-        except RequestError as error:
-            reply = UnitReply(problems=error.problems)
-        except UnitError as error:
-            reply = UnitReply(fault=(error.action, error.said))
+                block.answer(message=True)
+                parent.answer(reply)
+            continue
+        call: UnitCall = parent.request()
+        reply = host.carry_out(call)
+        closed = call.method == "close"
+        if block is not None:
+            block.answer(message=True)
         parent.answer(reply)
-        if isinstance(request, UnitCall) and request.method == "close":
-            return
 
 
 class _Host:
     """The unit, its columns, and the methods that may be called."""
 
     def __init__(self, request: Instantiation) -> None:
-        opened = open_fmu(
-            request.path, request.parameters, lenient=request.lenient, interface_type=request.interface_type
-        )
-        archive = observing(opened, request.observed, request.parameters)
+        archive = request.archive
         self._unit = fmu_unit(request.name, archive)
         self._inputs, self._outputs = map_columns(archive.interface, request.memory)
         self._methods = _methods(self._unit, self._inputs, self._outputs)
+        self._told = 0
+        """The number of remarks that have been sent."""
+        self._quick = {call: self._methods[call.method] for call in QuickCall if call.method in self._methods}
+
+    @property
+    def demands_events(self) -> bool:
+        """Whether the unit runs with Event Mode only."""
+        return self._unit.events is not None and self._unit.events.demanded
+
+    def reply(self, value: Any = None, raised: Exception | None = None) -> UnitReply:
+        """The reply with a value, or with what was raised, and with all that has not been sent yet."""
+        unit = self._unit
+        messages, remarks = tuple(unit.messages), tuple(unit.remarks[self._told :])
+        unit.messages.clear()
+        self._told = len(unit.remarks)
+        return UnitReply(value, messages, remarks, texts(self._outputs), None if raised is None else Raised.of(raised))
 
     def carry_out(self, call: UnitCall) -> UnitReply:
-        """Call a method of the unit. Raises `UnitError` and `RequestError` as the method does."""
-        unit = self._unit
+        """Call a method of the unit."""
         put_texts(self._inputs, call.texts)
-        status = carry_out(unit.setters()) if call.set_first else 0
-        value, end = None, None
-        if status <= FMI_WARNING:
-            try:
-                value = self._methods[call.method](*call.arguments)
-            except EndRequested as ended:
-                end = ended.time
-        if call.get_after and status <= FMI_WARNING:
-            status = carry_out(unit.getters())
-        if status > FMI_WARNING and not value:
+        try:
+            return self.reply(
+                self._between(call.set_first, call.get_after, self._methods[call.method], *call.arguments)
+            )
+        except _RAISED as error:
+            return self.reply(raised=error)
+
+    def carry_out_quickly(self, request: QuickRequest) -> int | UnitReply:
+        """Call one of the methods of every macro step; where there is more to say than that it is done, a reply."""
+        call, set_first, get_after, t, h = request
+        times = () if call is QuickCall.GET else (t, h)
+        try:
+            value = self._between(set_first, get_after, self._quick[call], *times)
+        except _RAISED as error:
+            return self.reply(raised=error)
+        # Messages about what went well can wait: many FMUs write one in every step.
+        return self.reply(value) if value or len(self._unit.remarks) > self._told else 0
+
+    def _between(self, set_first: bool, get_after: bool, method: Callable[..., Any], *arguments: Any) -> Any:  # noqa: FBT001
+        """Call a method between the setters and the getters of the unit; give its value, or the status of a failure.
+
+        A unit that asks for the end of the run may still be read.
+        """
+        unit, value, asked = self._unit, None, None
+        if set_first and (status := carry_out(unit.setters())) > FMI_WARNING:
+            return status
+        try:
+            value = method(*arguments)
+        except EndRequested as end:
+            asked = end
+        if get_after and (status := carry_out(unit.getters())) > FMI_WARNING and not value:
             value = status
-        messages, remarks = tuple(unit.messages), tuple(unit.remarks)
-        unit.messages.clear()
-        unit.remarks.clear()
-        return UnitReply(value, messages, texts(self._outputs), remarks=remarks, end=end)
+        if asked is not None:
+            raise asked
+        return value
 
 
 def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]) -> dict[str, Callable[..., Any]]:
     """The calls that a unit can be requested to make, by the names that messages use."""
-    methods: dict[str, Callable[..., Any]] = {
-        "bind": partial(unit.bind, inputs, outputs),
-        "enter_initialization": unit.enter_initialization,
-        "exit_initialization": unit.exit_initialization,
-        "step": unit.step,
-        "tune": unit.tune,
-        "terminate": unit.terminate,
-        "get": lambda: None,  # only the outputs are requested
-        "close": unit.close,
-    }
-    if (events := unit.events) is not None:
-        methods |= {"use_events": partial(_use_events, events)}
-        methods |= {"activate": events.activate, "update": events.update}
-        methods |= {"fired": events.fired, "trigger": events.trigger}
+    methods: dict[str, Callable[..., Any]] = {name: getattr(unit, name) for name in _OF_UNITS}
+    methods["bind"] = partial(unit.bind, inputs, outputs)
+    methods["get"] = lambda: None  # only the outputs are requested
+    if unit.events is not None:
+        methods |= {name: getattr(unit.events, name) for name in _OF_EVENTS} | {
+            "use_events": partial(_use_events, unit.events)
+        }
     if unit.state is not None:
         saved = _SavedStates(unit.state)
-        methods |= {"save": saved.save, "restore": saved.restore, "forget": saved.forget}
+        methods |= {name: getattr(saved, name) for name in _OF_STATES}
     return methods
 
 

@@ -1,31 +1,25 @@
 """An FMU in a process of its own: if it crashes or hangs, the run ends with a message, and this process survives.
 
-It costs the start of a process, and one exchange of messages per macro step; outputs that are shown without a step cost
-another one.
+It costs the start of a process and, where there is shared memory to wait for, about ten microseconds per macro step;
+elsewhere, and for texts and bytes, an exchange of messages. Outputs that are shown without a step cost another one.
 """
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
 from typing import Any, Final
 
 from typing_extensions import override
 
-from components.interfaces.problem import raise_if_any
 from fmus.reading.archive import Archive
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death
 from fmus.units.capabilities import EventCapability, StateCapability
-from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply, map_columns, put_texts, texts
-from fmus.units.unit import WHOLE_TIME, EndRequested, Horizon, Operation, TypedColumns, Unit, UnitError
+from fmus.units.control_block import QuickCall, QuickRequest
+from fmus.units.isolated_messages import UnitCall, UnitReply, map_columns, put_texts, texts
+from fmus.units.unit import WHOLE_TIME, Column, Horizon, Operation, TypedColumns, Unit
+from fmus.units.unit_process import unit_process
 
 PATIENCE: Final = 30.0
 """[s] The time that a call may take by default."""
-_STARTING: Final = 60.0
-"""[s] The time that the start of the process and of the FMU may take."""
-_CLOSING: Final = 5.0
-"""[s] The time that the FMU, and then its process, may take to end."""
 
 
 class IsolatedUnit(Unit):
@@ -33,9 +27,7 @@ class IsolatedUnit(Unit):
 
     Args:
         name: Name of the unit.
-        archive: The FMU file.
-        parameters: The values that decide the lengths of arrays, and any others.
-        lenient: Whether broken rules of FMI are overlooked that do not keep the FMU from running.
+        archive: The FMU file, as it was read: with the values that decide the lengths of arrays.
         patience: The time that a call may take [s]; a call that takes longer ends the process.
 
     Raises:
@@ -43,54 +35,35 @@ class IsolatedUnit(Unit):
         UnitError: The process died or hung during its start.
     """
 
-    def __init__(
-        self,
-        name: str,
-        archive: Archive,
-        parameters: Mapping[str, Any],
-        *,
-        lenient: bool = False,
-        patience: float = PATIENCE,
-    ) -> None:
+    def __init__(self, name: str, archive: Archive, patience: float = PATIENCE) -> None:
         super().__init__(name, archive.interface)
         self._patience = patience
-        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_")  # the child unpacks its files here, too
-        memory = Path(self._folder.name, "columns")
-        self._their_inputs, self._their_outputs = map_columns(archive.interface, memory)
-        self._inputs: TypedColumns = {}
-        self._outputs: TypedColumns = {}
-        self._closed = False
+        self._inputs: list[tuple[Column, Column]] = []
+        self._outputs: list[tuple[Column, Column]] = []
         self._unset: frozenset[str] | None = None
         self._inputs_sent, self._outputs_current = True, False
-        self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": self._folder.name})
+        self._process = unit_process()
         try:
-            observed = tuple(v.name for v in archive.interface.observed)
-            request = Instantiation(name, archive.path, dict(parameters), lenient, archive.chosen, memory, observed)
-            self._exchange("instantiate", request, _STARTING)
+            self._their_inputs, self._their_outputs = map_columns(archive.interface, self._process.columns)
+            demanded = self._received(self._process.instantiate(name, archive, self.messages, patience))
         except BaseException:
             self.close()
             raise
-        self.events = _IsolatedEvents(self._call) if archive.interface.event_mode else None
+        numbers = all(kind.is_number for kind in (*self._their_inputs, *self._their_outputs))
+        self._quick = numbers and self._process.is_quick
+        self.events = _IsolatedEvents(self._call, self._call_timed) if archive.interface.event_mode else None
+        if self.events is not None:
+            self.events.demanded = bool(demanded)
         self.state = _IsolatedState(self._call) if archive.interface.rolls_back else None
 
-    def _exchange(self, method: str, request: Instantiation | UnitCall, patience: float) -> Any:
-        """Send a request and wait for the reply. Raises `UnitError` and `RequestError` as the FMU does."""
-        try:
-            reply: UnitReply = self._child.ask(request, patience)
-        except ChildSilentError as silence:
-            action = f"no answer to `{method}` within {silence.within:g} s; its process has been ended"
-            raise UnitError(self.name, action, self.messages) from silence
-        except ChildDiedError as error:
-            action = f"its process died in `{method}` ({_in_words(error.death)})"
-            raise UnitError(self.name, action, self.messages) from error
-        self.messages.extend(reply.messages)
+    def _received(self, reply: UnitReply) -> Any:
+        """Take over what a reply contains, and give its value. Raises what the FMU's unit raised."""
+        for message in reply.messages:
+            self.messages.append(message)
         self.remarks.extend(reply.remarks)
-        raise_if_any(reply.problems)
-        if reply.fault is not None:
-            raise UnitError(self.name, *reply.fault)
         put_texts(self._their_outputs, reply.texts)
-        if reply.end is not None:
-            raise EndRequested(self.name, reply.end)
+        if reply.raised is not None:
+            raise reply.raised.error
         return reply.value
 
     def _call(self, method: str, *arguments: Any, show: bool = False) -> Any:
@@ -98,25 +71,35 @@ class IsolatedUnit(Unit):
         sent, self._inputs_sent = self._inputs_sent, True
         self._outputs_current = show
         call = UnitCall(method, arguments, not sent, show, [] if sent else texts(self._their_inputs))
-        return self._exchange(method, call, self._patience)
+        return self._received(self._process.call(call, self._patience))
+
+    def _call_timed(self, call: QuickCall, t: float = 0.0, h: float = 0.0, *, show: bool = False) -> object:
+        """Call a method that is called in every macro step, likewise."""
+        if not self._quick:
+            return self._call(call.method, *(() if call is QuickCall.GET else (t, h)), show=show)
+        request = QuickRequest(call, not self._inputs_sent, show, t, h)
+        self._inputs_sent, self._outputs_current = True, show
+        reply = self._process.call_quickly(request, self._patience)
+        return reply if isinstance(reply, int) else self._received(reply)
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
-        self._inputs, self._outputs = inputs, outputs
+        self._inputs = [(self._their_inputs[kind], column) for kind, column in inputs.items()]
+        self._outputs = [(column, self._their_outputs[kind]) for kind, column in outputs.items()]
         if self._unset != frozenset(unset):  # the child's unit keeps the shared columns whatever this one is bound to
             self._unset = frozenset(unset)
             self._call("bind", self._unset)
 
     def _take(self) -> object:
-        for kind, column in self._inputs.items():
-            self._their_inputs[kind][:] = column
+        for theirs, ours in self._inputs:
+            theirs[:] = ours
         self._inputs_sent = self._outputs_current = False
         return 0
 
     def _show(self) -> object:
-        status = 0 if self._outputs_current else self._call("get", show=True)
-        for kind, column in self._outputs.items():
-            column[:] = self._their_outputs[kind]
+        status = 0 if self._outputs_current else self._call_timed(QuickCall.GET, show=True)
+        for ours, theirs in self._outputs:
+            ours[:] = theirs
         return status or 0
 
     @override
@@ -138,7 +121,7 @@ class IsolatedUnit(Unit):
 
     @override
     def step(self, t: float, h: float) -> object:
-        return self._call("step", t, h, show=True)
+        return self._call_timed(QuickCall.STEP, t, h, show=True)
 
     @override
     def tune(self, parameter: str, value: Any) -> None:
@@ -150,25 +133,14 @@ class IsolatedUnit(Unit):
 
     @override
     def close(self) -> None:
-        if self._closed:
-            return
-        self._closed = True
-        if self._child.is_alive:
-            try:
-                self._exchange("close", UnitCall("close"), _CLOSING)
-            except UnitError:
-                self._child.kill()
-            if self._child.death(_CLOSING) is None:
-                self._child.kill()
-        self._child.close()
-        self._folder.cleanup()
+        self._process.close()
 
 
 class _IsolatedEvents(EventCapability):
     """Event Mode of the FMU in the other process, by calls of its methods there."""
 
-    def __init__(self, call: Callable[..., Any]) -> None:
-        self._call = call
+    def __init__(self, call: Callable[..., Any], call_timed: Callable[[QuickCall, float, float], object]) -> None:
+        self._call, self._call_timed = call, call_timed
 
     @override
     def use(self, h: float, *, settles: bool = False) -> None:
@@ -176,11 +148,11 @@ class _IsolatedEvents(EventCapability):
 
     @override
     def activate(self, t: float, h: float) -> object:
-        return self._call("activate", t, h)
+        return self._call_timed(QuickCall.ACTIVATE, t, h)
 
     @override
     def update(self, t: float, h: float) -> object:
-        return self._call("update", t, h)
+        return self._call_timed(QuickCall.UPDATE, t, h)
 
     @override
     def fired(self) -> set[str]:
@@ -208,9 +180,3 @@ class _IsolatedState(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._call("forget", state)
-
-
-def _in_words(death: Death | None) -> str:
-    if death is None:
-        return "it closed the pipe"
-    return death.signal.name if death.signal else f"exit code {death.code}"

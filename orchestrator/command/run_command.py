@@ -31,6 +31,7 @@ RUN_OPTIONS: Final = (
     "input_hold",
     "isolate",
     "interface",
+    "in_process",
     "record",
 )
 """The shared options that the subcommand takes."""

@@ -57,6 +57,10 @@ class Mapped(UnitSource):
         return replace(self, fmu=self.fmu.in_own_process(patience))
 
     @override
+    def in_this_process(self) -> Mapped:
+        return replace(self, fmu=self.fmu.in_this_process())
+
+    @override
     def describe(self) -> SourceDescription:
         return self.fmu.describe()
 

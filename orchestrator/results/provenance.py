@@ -42,7 +42,8 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     if "fault" in summary:
         texts |= fault_facts(summary["fault"])
     for name, unit in summary["units"].items():
-        texts[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}"
+        own_process = ", in a process of its own" if "isolated" in unit else ""
+        texts[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}{own_process}"
     return texts | dict(summary["versions"])
 
 

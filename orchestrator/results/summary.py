@@ -112,6 +112,8 @@ def _unit(system: System, name: str) -> dict[str, Any]:
     if (mapping := source.mapping_text()) is not None:
         content["mapping"] = mapping
     content["runs_as"] = described.runs_as
+    if described.isolated is not None:
+        content["isolated"] = described.isolated
     if described.file is not None:
         content |= {"file": described.file.name, "sha256": hashlib.sha256(described.file.read_bytes()).hexdigest()}
     return content

@@ -7,26 +7,18 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import fmus
 from components import BLOCKS, EXTRAS
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.progress import Progress
 from fmus.export.build import build_all
+from fmus.export.own_builds import built_folder
 from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
 from orchestrator.scenario.parameters import PARAMETERS, block_parameters
 from orchestrator.scenario.resolution import resolve
 
-
-def built_folder() -> Path:
-    """The folder of built FMUs: in the checkout, or in the user's cache when macrostep is installed."""
-    package = Path(fmus.__file__).parent
-    if (package.parent / "pyproject.toml").is_file():
-        return package / "built"
-    import platformdirs  # noqa: PLC0415 - only an installed macrostep needs it
-
-    return platformdirs.user_cache_path("macrostep") / "built"
+__all__ = ["block_named", "build_models", "built_folder", "default_values", "ensure_built"]
 
 
 def block_named(name: str, where: str, socket: str | None = None) -> type[Block[Any, Any, Any]]:

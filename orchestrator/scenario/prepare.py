@@ -73,7 +73,7 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     times, experiment = _experiment(content, options)
     raise_if_any([*(problem for one in filled.values() for problem in one.problems), *scene.problems])
 
-    units = isolated(_sources(filled, options.mode, progress), options.isolate)
+    units = isolated(_sources(filled, options.mode, progress), options.isolate, in_process=options.in_process)
     remarks += _kept_inside(blocks, options.mode)
     sources = {path: source for one in filled.values() for path, source in one.resolution.sources.items()}
     return Scenario(

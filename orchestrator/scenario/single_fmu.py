@@ -54,7 +54,7 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     table = None if options.input is None else read_table(Path(options.input))
     start, h, until, remarks = _times(archive.suggested, options, None if table is None else float(table.times[-1]))
     system = System(
-        isolated({unit: fmu}, options.isolate),
+        isolated({unit: fmu}, options.isolate, in_process=options.in_process),
         {},
         {resolved.path(name): value for name, value in held.items()},
         unset={f"{unit}.{name}" for name in inputs - held.keys()},

@@ -51,7 +51,8 @@ class ScenarioAnnotation(BaseModel):
         table: The name of the file in the archive that inputs follow, as the name of a resource.
         table_holds: Whether its values hold until the next row.
         steps: The steps of units, as multiples of the macro step.
-        isolated: The time [s] that one call of a unit in a process of its own may take.
+        isolated: The time [s] that one call may take of a unit for which a process of its own was requested.
+        in_process: The FMUs for which the process of the run was requested.
         sources: Where the values of the scene and the experiment come from; parameter sets have those of parameters.
     """
 
@@ -70,6 +71,7 @@ class ScenarioAnnotation(BaseModel):
     table_holds: bool = False
     steps: dict[str, Fraction] = {}
     isolated: dict[str, _Seconds] = {}
+    in_process: list[str] = []
     sources: dict[str, dict[str, Any]] = {}
 
     def held_values(self, units: Mapping[str, UnitSource]) -> dict[str, Any]:
@@ -94,7 +96,8 @@ def table_path(table: InputTable) -> str:
 def annotation_of(scenario: Scenario) -> str:
     """The text of the annotation for a scenario, in JSON."""
     system = scenario.system
-    patience = {name: source.describe().isolated for name, source in system.units.items()}
+    described = {name: source.describe() for name, source in system.units.items()}
+    requested = {name: one.isolated for name, one in described.items() if one.requested}
     annotation = ScenarioAnnotation.model_construct(  # what is written has been checked
         step=scenario.h,
         scene=asdict(scenario.scene) if scenario.scene else None,  # type: ignore[call-overload]
@@ -108,7 +111,8 @@ def annotation_of(scenario: Scenario) -> str:
         table=None if system.table is None else table_path(system.table),
         table_holds=system.table is not None and system.table.hold,
         steps=dict(system.steps),
-        isolated={name: seconds for name, seconds in patience.items() if seconds is not None},
+        isolated={name: seconds for name, seconds in requested.items() if seconds is not None},
+        in_process=[name for name, seconds in requested.items() if seconds is None],
         sources={p: dict(s) for p, s in scenario.sources.items() if p.startswith(("scene.", "experiment."))},
     )
     return json.dumps(dict(annotation), default=_as_json)

@@ -84,8 +84,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     suggested = {unit.name: unit.source.suggested for unit in ssp_units.values()}
     experiment = read_experiment(document, annotation, options, suggested)
     units, assembly, sources = _units(root, ssp_units, findings, settings)
-    requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items()]
-    units = findings.attempt(lambda: isolated(units, [*requests, *options.isolate])) or units
+    units = findings.attempt(lambda: _in_processes(units, known, options)) or units
     of_annotation: dict[str, Any] = findings.attempt(lambda: known.held_values(units)) or {}
     held, of_inputs = held_values(ssp_units.values(), settings, assembly, of_annotation)
     scene, scene_sources = _scene(known, settings.get("scene", ()), findings)
@@ -117,6 +116,17 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
         solve_loops=known.solve_loops,
         remarks=(*findings.remarks, *experiment.remarks),
     )
+
+
+def _in_processes(
+    units: Mapping[str, UnitSource], known: ScenarioAnnotation, options: Options
+) -> dict[str, UnitSource]:
+    """The units in the processes that a person requests for them, or else has requested for the run in the file."""
+    if options.in_process is True:
+        return isolated(units, options.isolate, in_process=True)
+    here = options.in_process or ()
+    requests = [f"{name}:{seconds}" for name, seconds in known.isolated.items() if name not in here]
+    return isolated(units, [*requests, *options.isolate], in_process=[*known.in_process, *here])
 
 
 def _system(

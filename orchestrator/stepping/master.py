@@ -27,6 +27,7 @@ from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, TimeGrid, algorithm_named
+from orchestrator.system.opening import opening
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -131,8 +132,10 @@ class Simulation:
 
     def _start(self) -> None:
         try:
-            for name, source in self.system.units.items():
-                self._units[name] = source.open(name)
+            with opening(self.system.units.values()):
+                for name, source in self.system.units.items():
+                    self._units[name] = source.open(name)
+            for name in self._units:
                 self._use_events(name)
             self._bind()
             for name, source in self.system.units.items():

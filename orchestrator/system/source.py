@@ -15,6 +15,7 @@ from typing_extensions import override
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.record import Variable
+from fmus.export.own_builds import is_own_build
 from fmus.reading.archive import Archive, InterfaceType
 from fmus.reading.observation import observable, observing
 from fmus.reading.opening import open_fmu
@@ -76,6 +77,10 @@ class UnitSource(ABC):
     def in_own_process(self, patience: float) -> UnitSource | None:  # noqa: ARG002 - a file can, others cannot
         """The same source in a process of its own, whose calls may take `patience` seconds; `None` where it cannot."""
         return None
+
+    def in_this_process(self) -> UnitSource:
+        """The same source in this process, whoever has built it."""
+        return self
 
     def mapping_text(self, file: str | None = None) -> str | None:  # noqa: ARG002 - a mapped FMU has one
         """The mapping to a socket as TOML, for an FMU called `file`; `None` where there is none."""
@@ -184,7 +189,9 @@ class Fmu(UnitSource):
         parameters: Values by name.
         interface_type: The interface type that is used; Co-Simulation, where the file has it, if not given.
         lenient: Whether the file may be run although it breaks rules of FMI, which `archive.remarks` lists.
-        isolated: The time [s] that one call may take in a process of its own; without it, the FMU runs in this process.
+        isolated: The time [s] that one call may take in a process of its own. Without it, an FMU that was built here
+            runs in this process, and any other in a process of its own with the usual time.
+        in_process: Whether it runs in this process whoever has built it.
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
         known: The content of the file, where it has been read before and is still valid.
     """
@@ -194,6 +201,7 @@ class Fmu(UnitSource):
     lenient: bool = False
     isolated: float | None = None
     reuse: bool = False
+    in_process: bool = False
     known: Archive | None = field(default=None, repr=False, compare=False)
     interface_type: InterfaceType | None = None
 
@@ -216,7 +224,25 @@ class Fmu(UnitSource):
 
     @override
     def in_own_process(self, patience: float) -> Self:
-        return replace(self, isolated=patience, known=self.archive)
+        return replace(self, isolated=patience, in_process=False, known=self.archive)
+
+    @override
+    def in_this_process(self) -> Self:
+        return replace(self, isolated=None, in_process=True, known=self.archive)
+
+    @cached_property
+    def is_own(self) -> bool:
+        """Whether it was built here."""
+        return is_own_build(Path(self.path), self.archive.files)
+
+    @property
+    def patience(self) -> float | None:
+        """[s] The time that one call may take in a process of its own; `None` for an FMU that runs in this process."""
+        if self.isolated is not None or self.in_process or self.is_own:
+            return self.isolated
+        from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - only units in processes of their own need it
+
+        return PATIENCE
 
     @override
     def kept(self) -> Self:
@@ -225,19 +251,27 @@ class Fmu(UnitSource):
     @override
     def describe(self) -> SourceDescription:
         version = Version(self.archive.version)
-        return SourceDescription(self.interface.kind, Path(self.path), version, self.isolated, self.archive.chosen)
+        requested = self.in_process or self.isolated is not None
+        return SourceDescription(
+            self.interface.kind, Path(self.path), version, self.patience, self.archive.chosen, requested
+        )
 
     @override
     def open(self, name: str) -> Unit:
-        if self.isolated is None and self.reuse and self.archive.is_plain_fmi3:
+        if self.patience is None and self.reuse and self.archive.is_plain_fmi3:
             from fmus.units.reused_unit import reused_unit  # noqa: PLC0415 - only sweeps need it
 
             return reused_unit(name, self.archive)
-        if self.isolated is None:
+        if self.patience is None and self.is_own:
             return fmu_unit(name, self.archive)
-        from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415 - only units in processes of their own need it
+        # Only FMUs of other makers need these.
+        if self.patience is None:
+            from fmus.units.guarded_unit import GuardedUnit  # noqa: PLC0415
 
-        return IsolatedUnit(name, self.archive, self.parameters, lenient=self.lenient, patience=self.isolated)
+            return GuardedUnit(name, self.archive)
+        from fmus.units.isolated_unit import IsolatedUnit  # noqa: PLC0415
+
+        return IsolatedUnit(name, self.archive, self.patience)
 
     @override
     def foreign_problem(self, unit: str) -> None:
@@ -245,7 +279,7 @@ class Fmu(UnitSource):
 
     @override
     def single_instance(self) -> Path | None:
-        return self.archive.path if self.isolated is None and self.archive.only_once else None
+        return self.archive.path if self.patience is None and self.archive.only_once else None
 
     @override
     def element_names(self, variable: Variable, role: str) -> Sequence[str]:

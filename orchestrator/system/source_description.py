@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from fmus.reading.archive import InterfaceType
@@ -23,6 +23,8 @@ class SourceDescription:
     """[s] The time that one call may take in a process of its own; `None` for a unit in this process."""
     interface_type: InterfaceType | None = None
     """The interface type of FMI that is used; `None` for a block in this process."""
+    requested: bool = field(default=False, compare=False)
+    """Whether a person has asked for that process; if not, it follows from who has built the FMU."""
 
     @property
     def runs_as(self) -> str:

@@ -473,13 +473,16 @@ def test_outputs_that_are_no_numbers_end_the_run(good, tmp_path, version):
 def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):
     source = f'#define EXTRA printf("hello from C\\n");\n#include "echo{version}.c"'
     path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
-    program = (
-        "from orchestrator.stepping.master import simulate\n"
-        "from orchestrator.system.source import Fmu\nfrom orchestrator.system.system import System\n"
-        f"print(len(simulate(System({{'m': Fmu({str(path)!r})}}, {{}}), h=0.1, until=0.5)))"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert sorted(done.stdout.split("\n")) == ["", "6", "hello from C"]
+    for in_process in (True, False):
+        program = (
+            "from orchestrator.stepping.master import simulate\n"
+            "from orchestrator.system.source import Fmu\nfrom orchestrator.system.system import System\n"
+            f"units = {{'m': Fmu({str(path)!r}, in_process={in_process})}}\n"
+            "print(len(simulate(System(units, {}), h=0.1, until=0.5)))"
+        )
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+        assert sorted((done.stdout + done.stderr).split()) == sorted(["6", "hello", "from", "C"])
+        assert "6" in done.stdout
 
 
 def test_an_fmu_that_needs_its_tool_says_so(good, tmp_path, version):
@@ -491,9 +494,11 @@ def test_an_fmu_that_a_process_holds_once_is_not_used_twice(good, tmp_path, vers
     once = 'modelIdentifier="m" canBeInstantiatedOnlyOncePerProcess="true"'
     path = changed(good, tmp_path, version, TEXT[version].replace('modelIdentifier="m"', once))
     assert len(rows(path)) == 2
-    assert len(simulate(System({"a": Fmu(path), "b": Fmu(path, isolated=30.0)}, {}), h=0.1, until=0.1)) == 2
+    assert len(simulate(System({"a": Fmu(path), "b": Fmu(path)}, {}), h=0.1, until=0.1)) == 2
+    here = Fmu(path, in_process=True)
+    assert len(simulate(System({"a": here, "b": Fmu(path)}, {}), h=0.1, until=0.1)) == 2
     with pytest.raises(RequestError) as error:
-        System({"a": Fmu(path), "b": Fmu(path)}, {})
+        System({"a": here, "b": here}, {})
     assert str(error.value) == (
         f"unit `b`: found {path}, which `a` runs too; valid: an FMU that can be instantiated more than once per"
         " process. Run one of them in a process of its own."

@@ -22,7 +22,7 @@ def opened(how, built_fmus, name):
         return BlockUnit("m", BLOCKS[name])
     archive = open_fmu(built_fmus / ("fmi2" if how == "fmi2" else "fmi3") / f"{name}.fmu")
     if how == "isolated":
-        return IsolatedUnit("m", archive, {})
+        return IsolatedUnit("m", archive)
     unit = fmu_unit("m", archive)
     if how != "mapped":
         return unit

@@ -5,14 +5,16 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.quantity import Type
-from fmus.units.isolated_messages import Instantiation, UnitCall
+from fmus.reading.opening import open_fmu
+from fmus.units.control_block import QuickCall, QuickRequest
+from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
 from fmus.units.isolated_process import _Host
 
 
 @pytest.fixture
 def host(built_fmus, tmp_path):
-    path = built_fmus / "fmi3" / "bicycle.fmu"
-    made = _Host(Instantiation("m", path, {}, lenient=False, memory=tmp_path / "columns"))
+    archive = open_fmu(built_fmus / "fmi3" / "bicycle.fmu")
+    made = _Host(Instantiation.of("m", archive, tmp_path / "columns", None))
     made.carry_out(UnitCall("bind"))
     made.carry_out(UnitCall("enter_initialization", ({},)))
     made.carry_out(UnitCall("exit_initialization", get_after=True))
@@ -31,6 +33,19 @@ def test_inputs_are_set_before_and_outputs_shown_after_a_call_if_that_is_wanted(
     host.carry_out(UnitCall("step", (0.1, 0.1), set_first=True, get_after=True))
     host.carry_out(UnitCall("step", (0.2, 0.1), get_after=True))
     assert (host._outputs[Type.FLOAT64] != unset).any()
+
+
+def test_a_quick_call_gives_a_status_or_a_whole_reply(host):
+    at_start = host._outputs[Type.FLOAT64].copy()
+    assert host.carry_out_quickly(QuickRequest(QuickCall.STEP, set_first=True, get_after=True, t=0.0, h=0.1)) == 0
+    assert (host._outputs[Type.FLOAT64] != at_start).any()
+    assert host.carry_out_quickly(QuickRequest(QuickCall.GET, get_after=True)) == 0
+    host._unit.messages.append("all is well")
+    assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == 0
+    host._unit.remarks.append("a remark")
+    assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == UnitReply(None, ("all is well",), ("a remark",))
+    assert not host._unit.messages
+    assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == 0, "each remark is told once"
 
 
 def test_states_stay_here_and_are_known_by_numbers(host):

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -137,3 +141,126 @@ def test_nothing_stays_behind(tmp_path, monkeypatch):
     failing(path)
     assert list(Path(place).iterdir()) == []
     assert len(open_files() - before) <= 1
+
+
+HARMLESS = {
+    "folder": 'chdir("/")',
+    "permissions": "umask(0777)",
+    "streams": "close(0), close(1), close(2)",
+    "locale": 'setlocale(LC_ALL, "C.UTF-8")',
+    "rounding": "fesetround(FE_UPWARD)",
+    "traps": "feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW)",
+    "signals": "signal(SIGINT, SIG_IGN), signal(SIGPIPE, SIG_DFL), signal(SIGCHLD, SIG_IGN)",
+    "interrupt": "raise(SIGCONT)",
+    "garbage": 'everywhere("\\x80\\x04K\\x07.")',
+    "prints": 'printf("%s", "no answer"), fflush(stdout)',
+}
+FATAL = {
+    "ends": ("exit(0)", "its process died in `step` (exit code 0)"),
+    "aborts": ("abort()", "its process died in `step` (SIGABRT)"),
+    "killed": ("kill(getpid(), SIGKILL)", "its process died in `step` (SIGKILL)"),
+    "divides": ("feenableexcept(FE_DIVBYZERO), zero = 1 / zero", "its process died in `step` (SIGFPE)"),
+    "stops": ("raise(SIGSTOP)", "no answer to `step` within 0.5 s; its process has been ended"),
+    "half an answer": (
+        'everywhere("\\x7f\\xff\\xff\\xff"), sleep(100000)',
+        "no answer to `step` within 0.5 s; its process has been ended",
+    ),
+}
+DEED = """
+#define _GNU_SOURCE
+#include <fcntl.h>
+#include <fenv.h>
+#include <locale.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+static volatile double zero;
+static void everywhere(const char *text) {
+    for (int f = 3; f < 1024; f++) {
+        if (fcntl(f, F_GETFL) < 0) continue;
+        fcntl(f, F_SETFL, fcntl(f, F_GETFL) | O_NONBLOCK);
+        write(f, text, strlen(text));
+    }
+}
+"""
+
+
+@pytest.mark.parametrize("pipes", [False, True], ids=["shared", "pipes"])
+@pytest.mark.parametrize("deed", HARMLESS.values(), ids=HARMLESS)
+def test_what_an_fmu_does_to_its_process_is_not_done_to_the_run(in_tmp_path, monkeypatch, deed, pipes):
+    if pipes:
+        monkeypatch.setattr("fmus.units.unit_process.counters_work", lambda: False)
+    path = made(in_tmp_path, f'{DEED}\n#define STATUS (t > 0.25 ? ({deed}, 0) : 0)\n#include "echo3.c"')
+    handler = signal.getsignal(signal.SIGINT)
+    with Simulation(System({"m": Fmu(path)}, {}), h=0.1, until=1.0) as simulation:
+        simulation.run()
+        assert len(simulation.frame()) == 11
+    assert Path.cwd() == in_tmp_path
+    assert signal.getsignal(signal.SIGINT) is handler
+
+
+@pytest.mark.parametrize(("deed", "found"), FATAL.values(), ids=FATAL)
+def test_what_ends_the_process_of_an_fmu_ends_the_run_in_order(tmp_path, deed, found):
+    path = made(tmp_path, f'{DEED}\n#define STATUS (t > 0.25 ? ({deed}, 0) : 0)\n#include "echo3.c"')
+    assert failing(path, 0.5) == (f"tick 3 (t = 0.3 s), unit `m`: {found}", 4)
+
+
+def test_the_numbers_are_those_of_messages(built_fmus, monkeypatch):
+    def rows():
+        plant = Fmu(built_fmus / "fmi3" / "bicycle.fmu", isolated=30.0)
+        held = {"plant.actuation.delta_f": 0.1, "plant.actuation.T_r": 20.0}
+        return simulate(System({"plant": plant}, {}, held), h=0.1, until=2.0)
+
+    shared = rows()
+    monkeypatch.setattr("fmus.units.unit_process.counters_work", lambda: False)
+    assert shared.equals(rows())
+
+
+def test_what_an_fmu_has_started_ends_with_it(tmp_path):
+    deed = (
+        'fork() == 0 ? (pid = fopen(getenv("THEIRS"), "w"), fprintf(pid, "%d", getpid()), fclose(pid), sleep(1000)) : 0'
+    )
+    source = f'{DEED}\nstatic FILE *pid;\n#define STATUS (t < 0.05 ? ({deed}, 0) : 0)\n#include "echo3.c"'
+    path, theirs = made(tmp_path, source), tmp_path / "theirs"
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("THEIRS", str(theirs))
+        assert len(simulate(System({"m": Fmu(path)}, {}), h=0.1, until=0.5)) == 6
+    for _ in range(100):
+        if not _runs(int(theirs.read_text())):
+            return
+        time.sleep(0.1)
+    pytest.fail("a process that the FMU has started is still there")
+
+
+def _runs(process: int) -> bool:
+    """Whether a process has not ended; one that nobody has waited for yet has."""
+    stat = Path(f"/proc/{process}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+SCRIPT = """
+import sys
+from orchestrator.system.source import Fmu
+Fmu(sys.argv[1], isolated=1000.0).open("m")
+"""
+
+
+def test_a_process_does_not_outlive_the_one_that_has_started_it(tmp_path):
+    path = made(tmp_path, f'{DEED}\n#define EXTRA for (;;) sleep(1);\n#include "echo3.c"')
+    with subprocess.Popen([sys.executable, "-c", SCRIPT, str(path)]) as parent:
+        children = []
+        for _ in range(300):
+            children = [int(c) for c in Path(f"/proc/{parent.pid}/task/{parent.pid}/children").read_text().split()]
+            if children:
+                break
+            time.sleep(0.1)
+        time.sleep(2.0)  # it hangs in the FMU by now
+        parent.kill()
+    for _ in range(100):
+        if not any(map(_runs, children)):
+            return
+        time.sleep(0.1)
+    pytest.fail("the process of the FMU is still there")

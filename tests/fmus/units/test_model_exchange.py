@@ -172,7 +172,7 @@ def version(request):
 
 
 def alone(path, parameters=None, held=None):
-    return System({"m": Fmu(path, parameters or {})}, {}, held=held or {})
+    return System({"m": Fmu(path, parameters or {}, in_process=True)}, {}, held=held or {})
 
 
 def height(t):

@@ -1,0 +1,35 @@
+"""The processes of units start together; `source_description.py` is shown here too: who asked for such a process."""
+
+from __future__ import annotations
+
+import pytest
+
+from fmus.units import unit_process
+from orchestrator.system.opening import opening
+from orchestrator.system.source import Fmu
+from orchestrator.system.source_description import SourceDescription
+
+
+@pytest.fixture
+def stationary(built_fmus):
+    return Fmu(built_fmus / "fmi3" / "stationary.fmu")
+
+
+def test_as_many_processes_start_as_there_are_units_that_need_one(stationary):
+    apart = stationary.in_own_process(30.0)
+    with opening([apart, stationary, apart]):
+        assert len(unit_process._ready) == 2
+    assert not unit_process._ready
+    for few in ([], [stationary], [apart]):
+        with opening(few):
+            assert not unit_process._ready
+
+
+def test_a_description_says_whether_the_process_was_requested(stationary):
+    assert not stationary.describe().requested
+    assert stationary.in_own_process(5.0).describe() == SourceDescription(
+        "stationary", stationary.path, stationary.archive.version, isolated=5.0
+    )
+    assert stationary.in_own_process(5.0).describe().requested
+    here = stationary.in_own_process(5.0).in_this_process().describe()
+    assert (here.isolated, here.requested) == (None, True)
