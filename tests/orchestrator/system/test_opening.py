@@ -1,4 +1,4 @@
-"""The processes of units start together; `source_description.py` is shown here too: who asked for such a process."""
+"""The processes of the units of a system start together, and a description says who asked for such a process."""
 
 from __future__ import annotations
 

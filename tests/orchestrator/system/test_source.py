@@ -1,6 +1,6 @@
 """Sources of units, method by method: blocks in this process, FMUs, and FMUs behind a mapping (`mapping/mapped.py`).
 
-This also shows `source_description.py`.
+This also shows `source_description.py` and `unit_source.py`.
 """
 
 from __future__ import annotations
