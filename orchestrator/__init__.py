@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from orchestrator.results import metrics
     from orchestrator.run import Execution, Finished, execute
     from orchestrator.scenario.options import Options
-    from orchestrator.stepping.master import Simulation, SimulationError, simulate
+    from orchestrator.stepping.master import Simulation, SimulationError
+    from orchestrator.stepping.whole_run import simulate
     from orchestrator.system.experiment import Algorithm, Scenario
     from orchestrator.system.shown import shown
     from orchestrator.system.source import Fmu, block_source
@@ -65,7 +66,8 @@ __getattr__, __dir__ = facade(
         "orchestrator.results": ("metrics",),
         "orchestrator.run": ("Execution", "Finished", "execute"),
         "orchestrator.scenario.options": ("Options",),
-        "orchestrator.stepping.master": ("Simulation", "SimulationError", "simulate"),
+        "orchestrator.stepping.master": ("Simulation", "SimulationError"),
+        "orchestrator.stepping.whole_run": ("simulate",),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
         "orchestrator.system.shown": ("shown",),
         "orchestrator.system.source": ("Fmu", "block_source"),

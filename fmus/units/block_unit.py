@@ -17,7 +17,7 @@ from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface, is_tunable
 from fmus.units.capabilities import StateCapability
-from fmus.units.unit import WHOLE_TIME, Column, Horizon, Operation, TypedColumns, Unit, UnitError, positions
+from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, positions
 
 
 @lru_cache
@@ -114,9 +114,9 @@ class BlockUnit(Unit):
         self._get_copies = [(theirs, mine) for mine, theirs in _pairs(self._block.outputs(), self._memory.y, outputs)]
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
         """As `Unit.enter_initialization`. Raises `RequestError` when values are missing or out of range."""
-        del horizon  # no block depends on time itself
+        del setup  # no block depends on time itself
         self._p[:] = pack(self._block(**parameters))
         start = _evaluation(self._lowered.start, [self._p], [self._memory.x])
         start()

@@ -98,7 +98,7 @@ class ClockedUnit(Fmu3Unit):
             return
         self._events.check("the clocks could not be set", mode.prepare)
         super().exit_initialization()
-        self._events.check("the clocks could not be read", mode.begin, self._horizon.start)
+        self._events.check("the clocks could not be read", mode.begin, self._setup.start)
 
     @override
     def step(self, t: float, h: float) -> object:

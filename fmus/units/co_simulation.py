@@ -24,7 +24,7 @@ from fmus.toolchain.fmpy_library import (
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI2_API, FMI3_API
 from fmus.units.fmu_unit import FmuUnit
-from fmus.units.unit import FMI_WARNING, EndRequested, Horizon, UnitError, carry_out
+from fmus.units.unit import FMI_WARNING, EndRequested, ExperimentSetup, UnitError, carry_out
 from fmus.units.value_calls import ADDRESS, library_function
 
 _DISCARD: Final = 2
@@ -37,7 +37,7 @@ class CoSimulationUnit(FmuUnit):
 
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""
-        if status <= FMI_WARNING or t != self._horizon.start or self._stop_is_told or self._horizon.stop is None:
+        if status <= FMI_WARNING or t != self._setup.start or self._stop_is_told or self._setup.stop is None:
             return status
         try:
             self._tell_stop(UnitError(self.name, "the first step failed", self.messages))
@@ -66,10 +66,10 @@ class Fmu2Unit(CoSimulationUnit):
         self._fmu.instantiate(callbacks=callbacks, loggingOn=logging)
 
     @override
-    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
         failed = "the initialization failed"
         # before the parameters: some FMUs load their own start values in this call
-        self._check(failed, self._fmu.setupExperiment, horizon.tolerance, horizon.start, horizon.stop)
+        self._check(failed, self._fmu.setupExperiment, setup.tolerance, setup.start, setup.stop)
         self._set_parameters(parameters)
         self._check(failed, self._fmu.enterInitializationMode)
 
@@ -113,13 +113,13 @@ class Fmu3Unit(CoSimulationUnit):
         self._log(status, message)
 
     @override
-    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
         if set(self._archive.structural) & parameters.keys():
             self._check("Configuration Mode was refused", self._fmu.enterConfigurationMode)
             self._set_parameters(parameters, structural=True)
             self._check("the structural parameters were refused", self._fmu.exitConfigurationMode)
         self._set_parameters(parameters)
-        times = horizon.tolerance, horizon.start, horizon.stop
+        times = setup.tolerance, setup.start, setup.stop
         self._check("the initialization failed", self._fmu.enterInitializationMode, *times)
 
     @override

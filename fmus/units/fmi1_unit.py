@@ -27,7 +27,7 @@ from fmus.units.co_simulation import CoSimulationUnit
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI1_API
 from fmus.units.fmu_unit import FmuUnit
-from fmus.units.unit import FMI_WARNING, WHOLE_TIME, Horizon, Operation, TypedColumns, UnitError, carry_out
+from fmus.units.unit import DEFAULT_SETUP, FMI_WARNING, ExperimentSetup, Operation, TypedColumns, UnitError, carry_out
 from fmus.units.value_calls import ADDRESS, library_function
 
 
@@ -37,7 +37,7 @@ class Fmi1Unit(FmuUnit):
     api = FMI1_API
 
     _is_initialized = False
-    _told = WHOLE_TIME
+    _told = DEFAULT_SETUP
     _values: list[Operation]
 
     @abstractmethod
@@ -65,8 +65,8 @@ class Fmi1Unit(FmuUnit):
         return carry_out(self._values)
 
     @override
-    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
-        self._told, self._is_initialized = horizon, False
+    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
+        self._told, self._is_initialized = setup, False
         self._set_parameters(parameters)
 
     def _initialize_once(self) -> None:

@@ -29,7 +29,7 @@ from fmus.reading.unpack import unpack
 from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.capabilities import StateCapability
 from fmus.units.fmi_api import FmiApi
-from fmus.units.unit import WHOLE_TIME, Horizon, Operation, TypedColumns, Unit, UnitError, carry_out, views
+from fmus.units.unit import DEFAULT_SETUP, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, carry_out, views
 from fmus.units.value_calls import AccessVerb, ValueCalls
 
 _FAILURES = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
@@ -58,7 +58,7 @@ class FmuUnit(Unit):
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
         self._parameters: Mapping[str, Any] = {}
-        self._horizon = WHOLE_TIME
+        self._setup = DEFAULT_SETUP
         self._stop_is_told = False
         self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
@@ -83,7 +83,7 @@ class FmuUnit(Unit):
         """Call FMPy's `instantiate`, which raises bare Exception, with all messages or with none."""
 
     @abstractmethod
-    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
+    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
         """Lead the instance to Initialization Mode. Raises `UnitError`."""
 
     @abstractmethod
@@ -154,28 +154,28 @@ class FmuUnit(Unit):
         return {v.name: self._calls.mover(verb, [v], slots[v.name]) for v in variables}
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
-        wanted = self._archive.suggested.tolerance if horizon.tolerance is None else horizon.tolerance
-        self._parameters, self._horizon = parameters, replace(horizon, tolerance=wanted)
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
+        wanted = self._archive.suggested.tolerance if setup.tolerance is None else setup.tolerance
+        self._parameters, self._setup = parameters, replace(setup, tolerance=wanted)
         self._stop_is_told = False
         try:
-            self._enter(parameters, replace(self._horizon, stop=None))
+            self._enter(parameters, replace(self._setup, stop=None))
         except UnitError as failure:
             self._tell_stop(failure)
         self._prepare_step()
 
     def _tell_stop(self, failure: UnitError) -> None:
         """Begin again, and tell the FMU the stop time. Raises `failure` where that is no use."""
-        if self._stop_is_told or self._horizon.stop is None:
+        if self._stop_is_told or self._setup.stop is None:
             raise failure
         self._stop_is_told = True
         try:
             self._check("the reset failed", self._fmu.reset)
-            self._enter(self._parameters, self._horizon)
+            self._enter(self._parameters, self._setup)
         except UnitError:
             raise failure from None
         self.messages.clear()
-        self.remarks.append(f"it does not run without the stop time, so it was told {self._horizon.stop:g} s")
+        self.remarks.append(f"it does not run without the stop time, so it was told {self._setup.stop:g} s")
 
     def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
         calls = self._value_calls()

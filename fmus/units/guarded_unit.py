@@ -15,7 +15,7 @@ from typing_extensions import override
 from fmus.reading.archive import Archive
 from fmus.toolchain.process_state import ProcessState
 from fmus.units.make import fmu_unit
-from fmus.units.unit import WHOLE_TIME, Horizon, Operation, TypedColumns, Unit
+from fmus.units.unit import DEFAULT_SETUP, ExperimentSetup, Operation, TypedColumns, Unit
 
 _OFTEN: Final = 0.1
 """[s] The time after which everything is put back while the unit is stepped."""
@@ -65,9 +65,9 @@ class GuardedUnit(Unit):
         return self._inner.getters()
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
         with self._guarded():
-            self._inner.enter_initialization(parameters, horizon)
+            self._inner.enter_initialization(parameters, setup)
 
     @override
     def exit_initialization(self) -> None:

@@ -15,7 +15,7 @@ from fmus.reading.archive import Archive
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.control_block import QuickCall, QuickRequest
 from fmus.units.isolated_messages import UnitCall, UnitReply, map_columns, put_texts, texts
-from fmus.units.unit import WHOLE_TIME, Column, Horizon, Operation, TypedColumns, Unit
+from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit
 from fmus.units.unit_process import unit_process
 
 PATIENCE: Final = 30.0
@@ -111,8 +111,8 @@ class IsolatedUnit(Unit):
         return [self._show]
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
-        self._call("enter_initialization", dict(parameters), horizon)
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
+        self._call("enter_initialization", dict(parameters), setup)
 
     @override
     def exit_initialization(self) -> None:

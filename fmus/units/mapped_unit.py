@@ -21,10 +21,10 @@ from fmus.units.adaptation import Adaptation, Link, RateInput, VariableElement
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
 from fmus.units.unit import (
+    DEFAULT_SETUP,
     FMI_WARNING,
-    WHOLE_TIME,
     Column,
-    Horizon,
+    ExperimentSetup,
     Operation,
     TypedColumns,
     Unit,
@@ -132,8 +132,8 @@ class MappedUnit(Unit):
         self._inner.tune(parameter, value)
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
-        self._inner.enter_initialization(parameters, horizon)
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
+        self._inner.enter_initialization(parameters, setup)
 
     @override
     def exit_initialization(self) -> None:

@@ -21,7 +21,7 @@ from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.cvode_integrator import CvodeIntegrator, IntegrationError
 from fmus.units.fmi1_unit import Fmi1Unit
 from fmus.units.fmu_unit import FmuUnit
-from fmus.units.unit import WHOLE_TIME, Column, EndRequested, Horizon, TypedColumns, UnitError, carry_out
+from fmus.units.unit import DEFAULT_SETUP, Column, EndRequested, ExperimentSetup, TypedColumns, UnitError, carry_out
 
 RELATIVE_TOLERANCE: Final = 1e-8
 """The relative tolerance where the FMU declares none."""
@@ -90,10 +90,10 @@ class ModelExchangeUnit(FmuUnit):
         self._fmu.setTime(t)
 
     @override
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
-        super().enter_initialization(parameters, horizon)
-        self._time = self._horizon.start
-        self._tolerance = self._integration_tolerance(horizon.tolerance)
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
+        super().enter_initialization(parameters, setup)
+        self._time = self._setup.start
+        self._tolerance = self._integration_tolerance(setup.tolerance)
 
     def _integration_tolerance(self, wanted: float | None) -> float:
         """The relative tolerance of the integrator: what a person wants, else at least as fine as our default."""
@@ -231,9 +231,9 @@ class Model1Unit(ModelExchangeUnit, Fmi1Unit):
     _initial_event: tuple[bool, bool, bool, bool, bool, float] | None = None
 
     @override
-    def _enter(self, parameters: Mapping[str, Any], horizon: Horizon) -> None:
-        self._check("the time was refused", self._fmu.setTime, horizon.start)
-        super()._enter(parameters, horizon)
+    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
+        self._check("the time was refused", self._fmu.setTime, setup.start)
+        super()._enter(parameters, setup)
 
     @override
     def _initialize(self) -> None:

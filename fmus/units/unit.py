@@ -33,7 +33,7 @@ FMI_WARNING: Final = 1
 
 
 @dataclass(frozen=True)
-class Horizon:
+class ExperimentSetup:
     """The experiment as far as a unit is told of it."""
 
     start: float = 0.0
@@ -44,7 +44,7 @@ class Horizon:
     """The relative tolerance that a person wants; the unit's own where there is none."""
 
 
-WHOLE_TIME: Final = Horizon()
+DEFAULT_SETUP: Final = ExperimentSetup()
 """An experiment that begins at 0 s, of which nothing else is known."""
 
 
@@ -117,12 +117,12 @@ class Unit(ABC):
         """
 
     @abstractmethod
-    def enter_initialization(self, parameters: Mapping[str, Any], horizon: Horizon = WHOLE_TIME) -> None:
+    def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
         """Make the unit ready for start values.
 
         Args:
             parameters: Values by name; the others keep the start values of the unit itself.
-            horizon: The experiment.
+            setup: The experiment.
 
         Raises:
             UnitError: The unit refuses a value, or cannot be initialised.

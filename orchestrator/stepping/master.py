@@ -16,18 +16,17 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.units.unit import FMI_WARNING, EndRequested, Horizon, Unit, UnitError
-from orchestrator.stepping.initialization import initialise
-from orchestrator.stepping.lowering import Call, CompiledSchedule, events_of
+from fmus.units.unit import FMI_WARNING, EndRequested, ExperimentSetup, Unit, UnitError
+from orchestrator.stepping.lowering import Call, CompiledSchedule
 from orchestrator.stepping.observation import observed
 from orchestrator.stepping.rows import RowLog
+from orchestrator.stepping.running_units import RunningUnits, failure_reason
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, TimeGrid, algorithm_named
-from orchestrator.system.opening import opening
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -95,22 +94,20 @@ class Simulation:
         grid = TimeGrid(h, until, start)
         self.h, self.start = h, start
         self.last_tick = grid.last_tick
-        self._horizon = Horizon(start, until, tolerance)
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
         self._table = SignalTable(system)
-        self.log = RowLog(self._table, grid.times, record)
+        self.log = RowLog(self._table, grid, record)
         self.step_times = np.zeros(self.last_tick + 1)
         """[s] Wall time of each macro step."""
-        self._from_table = TableInputs(self._table, grid.times)
+        self._from_table = TableInputs(self._table, self.log.times)
         self._written = WrittenInputs(system)
-        self._units: dict[str, Unit] = {}
+        self._running = RunningUnits(system, self.schedule, self._table, h, ExperimentSetup(start, until, tolerance))
+        self._units = self._running.by_name
         self._writer = Writer(system, self._table, self._units)
         self.ended: EndRequested | None = None
         """What ended the run before its stop time without a fault: a unit that asked for it."""
-        self._initialised: set[str] = set()
-        self._failed: str | None = None
 
     def __enter__(self) -> Self:
         try:
@@ -132,40 +129,16 @@ class Simulation:
 
     def _start(self) -> None:
         try:
-            with opening(self.system.units.values()):
-                for name, source in self.system.units.items():
-                    self._units[name] = source.open(name)
-            for name in self._units:
-                self._use_events(name)
+            self._running.open()
             self._bind()
-            for name, source in self.system.units.items():
-                self._units[name].enter_initialization(source.parameters, self._horizon)
-            initialise(self.system, self.schedule, self._units, self._table, self._checked)
-            for name, unit in self._units.items():
-                try:
-                    unit.exit_initialization()
-                except EndRequested as end:
-                    self._end(end)
-                self._initialised.add(name)
-                for function in unit.getters():  # events at the start may have changed what is shown
-                    self._checked(unit, function())
+            self._running.initialise(self._checked, self._end)
             self._compile()
         except UnitError as fault:
             raise self._fault(fault.unit, fault.reason) from fault
 
-    def _use_events(self, name: str) -> None:
-        """Run a unit with Event Mode if the schedule does, or if the unit demands it."""
-        unit = self._units[name]
-        h = self.h * float(self.system.steps.get(name, 1))
-        if name in self.schedule.events:
-            events_of(unit).use(h, settles=name not in self.schedule.early)
-        elif unit.events is not None and unit.events.demanded:
-            unit.events.use(h, settles=True)
-
     def _bind(self) -> None:
         self._from_table.prepare(max(self.tick, 0))
-        for name, unit in self._units.items():
-            unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
+        self._running.bind()
 
     def _compile(self) -> None:
         """Prepare every call of the macro step."""
@@ -187,14 +160,11 @@ class Simulation:
 
     def _checked(self, unit: Unit, status: object) -> None:
         if isinstance(status, int) and status > FMI_WARNING:
-            words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
-            said = unit.messages.said()
-            reason = words.get(status, f"returned status {status}") + (f": {'; '.join(said)}" if said else "")
-            raise self._fault(unit.name, reason)
+            raise self._fault(unit.name, failure_reason(unit, status))
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
         """The error of a unit that has failed; it is not terminated."""
-        self._failed = unit
+        self._running.failed = unit
         return SimulationError(max(self.tick, 0), self.time, unit, reason)
 
     def step(self) -> Tick:
@@ -248,8 +218,7 @@ class Simulation:
     @property
     def remarks(self) -> list[str]:
         """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
-        remarks = [f"unit `{name}`: {remark}" for name, unit in self._units.items() for remark in unit.remarks]
-        remarks += self.log.finiteness.remarks()
+        remarks = [*self._running.remarks, *self.log.finiteness.remarks()]
         if self.ended is None:
             return remarks
         shown = f", at {self.time:g} s, has its values of then" if self.ended.time < self.time else " has its values"
@@ -327,35 +296,4 @@ class Simulation:
 
     def close(self) -> None:
         """End the simulation of all units that have not failed, and release all; rows stay."""
-        for name, unit in self._units.items():
-            if name in self._initialised and name != self._failed:
-                try:
-                    unit.terminate()
-                except UnitError as error:
-                    unit.remarks.append(error.reason)
-            self._initialised.discard(name)
-            unit.close()
-
-
-def simulate(
-    system: System, *, h: float, until: float, algorithm: str = Algorithm.SEQUENTIAL, solve_loops: bool = False
-) -> pd.DataFrame:
-    """Run a system from 0 s to its stop time.
-
-    Args:
-        system: The system.
-        h: The macro step [s].
-        until: The stop time [s], a whole number of macro steps.
-        algorithm: How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`.
-        solve_loops: Whether algebraic loops are solved by iteration instead of being refused.
-
-    Returns:
-        A row per tick: column `time` [s], then one per signal element, such as `plant.state.x`.
-
-    Raises:
-        RequestError: The system cannot be run like this: an algebraic loop, an unknown algorithm, a wrong time.
-        SimulationError: A unit failed, or a value is not finite.
-    """
-    with Simulation(system, h=h, until=until, algorithm=algorithm, solve_loops=solve_loops) as simulation:
-        simulation.run()
-        return simulation.frame()
+        self._running.close()

@@ -18,7 +18,7 @@ from components.interfaces.quantity import DTYPES, Type, zeros
 from orchestrator.stepping.finiteness import Finiteness
 from orchestrator.stepping.observation import applied
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
-from orchestrator.system.experiment import EVERYTHING, Choice
+from orchestrator.system.experiment import EVERYTHING, Choice, TimeGrid
 from orchestrator.system.patterns import fits
 from orchestrator.system.system import System
 
@@ -102,22 +102,22 @@ class RowLog:
 
     Args:
         table: The signal table.
-        times: The time of each tick [s], (ticks,).
+        grid: The ticks.
         choice: Which signals are kept at every how many ticks.
 
     Raises:
         RequestError: A pattern fits no signal, or the rows would take too much memory.
     """
 
-    def __init__(self, table: SignalTable, times: NDArray[np.float64], choice: Choice = EVERYTHING) -> None:
-        self.times = times
-        """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
+    def __init__(self, table: SignalTable, grid: TimeGrid, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
         """Number of ticks whose rows are complete, so that another thread may read them."""
-        length = len(times)
+        length = grid.last_tick + 1
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
+        self.times = grid.times
+        """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
         self._order = [element.path for element in chosen]
         self._groups = [
             _Group(table, every, [element for element in chosen if pace[element.path] == every], length)
@@ -127,7 +127,7 @@ class RowLog:
         plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
         self._copies = self._groups[0].copies if plain else []
         self._others = [] if plain else self._groups
-        self.finiteness = Finiteness(table, times)
+        self.finiteness = Finiteness(table, self.times)
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""

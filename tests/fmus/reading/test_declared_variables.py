@@ -15,7 +15,8 @@ from fmus.reading.joined_arrays import whole_name
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from orchestrator.results.parquet import read_columns, write_signals
-from orchestrator.stepping.master import Simulation, simulate
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System

@@ -9,7 +9,7 @@ from fmus.reading.opening import open_fmu
 from fmus.toolchain.binaries import machine_code
 from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import copied, description1, description2, description3, library, pack, scalar, scalar1

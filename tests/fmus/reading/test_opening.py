@@ -28,7 +28,8 @@ from fmus.toolchain.platform_names import binary_path, platform_tuple
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 from fmus.units.make import fmu_unit
-from orchestrator.stepping.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import C, copied, description2, description3, entries, functions, library, pack, scalar
@@ -475,7 +476,7 @@ def test_what_an_fmu_writes_does_not_disturb_a_run(good, tmp_path, version):
     path = changed(good, tmp_path, version, binary=library(tmp_path, Version(version), source))
     for in_process in (True, False):
         program = (
-            "from orchestrator.stepping.master import simulate\n"
+            "from orchestrator.stepping.whole_run import simulate\n"
             "from orchestrator.system.source import Fmu\nfrom orchestrator.system.system import System\n"
             f"units = {{'m': Fmu({str(path)!r}, in_process={in_process})}}\n"
             "print(len(simulate(System(units, {}), h=0.1, until=0.5)))"

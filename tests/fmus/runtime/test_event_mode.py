@@ -25,7 +25,7 @@ from fmus.export.fmi_variables import fmi_variables_of
 from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from tests.fmus.fmu_driver import FmuDriver
 
 Built = Mapping[tuple[str, Version], Path]

@@ -9,7 +9,8 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from fmus.toolchain.version import Version
-from orchestrator.stepping.master import Simulation, simulate
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import C, description3, library, pack

@@ -21,7 +21,8 @@ from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
 from orchestrator import Options, load
-from orchestrator.stepping.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import C, copied, description1, library, pack, scalar1

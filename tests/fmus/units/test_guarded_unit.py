@@ -9,7 +9,7 @@ import pytest
 
 from fmus.toolchain.version import Version
 from fmus.units.guarded_unit import GuardedUnit
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack

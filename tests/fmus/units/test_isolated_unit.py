@@ -15,7 +15,8 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type, zeros
 from fmus.toolchain.version import Version
 from fmus.units.unit import carry_out, widths
-from orchestrator.stepping.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack

@@ -15,7 +15,8 @@ from fmpy import simulate_fmu
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from fmus.units import model_exchange
-from orchestrator.stepping.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description2, description3, library, pack, scalar

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmus.reading.opening import open_fmu
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 

@@ -17,7 +17,7 @@ from fmus.export.build import build
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from tests.fmus.foreign import copied, description3, entries, library, pack
 from tests.orchestrator import ssps
 from tests.orchestrator.blocks import Affine

@@ -19,7 +19,8 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.stepping.master import Simulation, simulate
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from tests.fmus.foreign import copied, entries
 from tests.orchestrator import foreign

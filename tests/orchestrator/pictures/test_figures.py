@@ -9,7 +9,7 @@ from PIL import Image
 from orchestrator.pictures.figures import draw
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.system import System
 
 

@@ -9,7 +9,7 @@ from fmus.units.unit import positions
 from orchestrator.reproduction.timing import _recorded_inputs
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 
 
 def test_every_input_of_the_controller_is_what_drove_it_in_the_run():

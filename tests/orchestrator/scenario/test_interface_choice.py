@@ -13,7 +13,7 @@ from fmus.toolchain.version import Version
 from orchestrator.loading import load
 from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.options import Options
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from tests.fmus.foreign import entries
 from tests.orchestrator import ssps

@@ -9,7 +9,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from orchestrator.loading import load
 from orchestrator.scenario.options import Options
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 
 
 def loaded(path, **options):

@@ -18,7 +18,7 @@ from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.conversion import composed
 from orchestrator.ssp.transformations import ConversionStep
 from orchestrator.ssp.types import DeclaredType
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.orchestrator.ssps import (

@@ -10,7 +10,7 @@ import zipfile
 import pytest
 
 from orchestrator.ssp import reader as ssp_reader
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from tests.orchestrator.ssps import body, component, connectors, echo, wire, write
 
 PORTS = connectors("u:input", "y_u:output")

@@ -6,7 +6,7 @@ import pytest
 
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from tests.fmus.foreign import copied, entries
 from tests.orchestrator.ssps import (
     SPACES,

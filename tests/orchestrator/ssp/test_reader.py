@@ -20,7 +20,8 @@ from orchestrator.scenario.prepare import prepare
 from orchestrator.scenario.resolution import Setting
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp import writer as ssp
-from orchestrator.stepping.master import Simulation, simulate
+from orchestrator.stepping.master import Simulation
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import C, description3, entries, library, pack

@@ -12,7 +12,7 @@ from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.resolution import resolve_unit
 from orchestrator.ssp.vocabulary import DESCRIPTION_FILE
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.files import Given
 from orchestrator.system.source import Fmu
 from tests.fmus.foreign import description2, description3, entries, pack, scalar

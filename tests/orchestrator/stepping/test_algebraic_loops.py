@@ -11,7 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.stepping.master import SimulationError, simulate
+from orchestrator.stepping.master import SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system

@@ -10,7 +10,7 @@ import pytest
 
 from fmus.toolchain.version import Version
 from orchestrator import Fmu, Simulation, SimulationError, System
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from tests.fmus.foreign import description2, kept_folder, library, pack, scalar
 
 CS, ME = '<CoSimulation modelIdentifier="m"/>', '<ModelExchange modelIdentifier="m"/>'

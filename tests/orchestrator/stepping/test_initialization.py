@@ -6,7 +6,8 @@ import itertools
 
 import pytest
 
-from orchestrator.stepping.master import SimulationError, simulate
+from orchestrator.stepping.master import SimulationError
+from orchestrator.stepping.whole_run import simulate
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from components.interfaces.problem import RequestError
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import block_source
 from orchestrator.system.system import System
 from tests.orchestrator.blocks import Gain, Held, Sum

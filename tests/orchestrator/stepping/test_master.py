@@ -16,7 +16,8 @@ from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs, stan
 from fmus.units.unit import UnitError
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import Simulation, SimulationError, simulate
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System
 

@@ -13,8 +13,9 @@ from fmus.units.reused_unit import release_all
 from orchestrator.loading import load
 from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
-from orchestrator.stepping.master import Simulation, simulate
+from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.observation import MOST_BY_DEFAULT
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description2, library, pack, scalar

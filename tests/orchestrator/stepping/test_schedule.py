@@ -11,8 +11,8 @@ import pytest
 from components.interfaces.problem import RequestError
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
 from orchestrator.stepping.schedule import open_dependencies_close_a_loop, schedule
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.experiment import Algorithm
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fmus.toolchain.version import Version
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.remarks import enumeration_remarks
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System

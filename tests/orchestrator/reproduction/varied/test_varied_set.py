@@ -12,7 +12,7 @@ from orchestrator.reproduction import runs
 from orchestrator.reproduction.varied import variations, varied_set
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.stepping.master import simulate
+from orchestrator.stepping.whole_run import simulate
 
 PLAN = variations.load()
 CASES = [variations.draw(PLAN.ranges, 3, number) for number in range(6)]

@@ -1,0 +1,102 @@
+"""The running units of a simulation, from their opening to their release."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from fmus.units.unit import DEFAULT_SETUP, EndRequested, ExperimentSetup, Unit, UnitError
+from orchestrator.stepping.initialization import initialise
+from orchestrator.stepping.lowering import events_of
+from orchestrator.stepping.schedule import Schedule
+from orchestrator.stepping.signal_table import SignalTable
+from orchestrator.system.opening import opening
+from orchestrator.system.system import System
+
+Checked: TypeAlias = Callable[[Unit, object], None]
+"""Raises an error for the status of a unit's call."""
+
+
+class RunningUnits:
+    """All units of a system; the methods raise `UnitError`.
+
+    Args:
+        system: The whole system.
+        schedule: Its schedule.
+        table: The signal table that the units are bound to.
+        h: The macro step [s].
+        setup: The experiment.
+    """
+
+    def __init__(
+        self, system: System, schedule: Schedule, table: SignalTable, h: float, setup: ExperimentSetup = DEFAULT_SETUP
+    ) -> None:
+        self._system, self._schedule, self._table, self._h, self._setup = system, schedule, table, h, setup
+        self.by_name: dict[str, Unit] = {}
+        """The units that have been opened, in the order of the system."""
+        self.failed: str | None = None
+        """The unit that has failed, which is not terminated."""
+        self._initialised: set[str] = set()
+
+    def open(self) -> None:
+        """Open all units, with Event Mode where the schedule uses it or a unit demands it. Raises `RequestError`."""
+        with opening(self._system.units.values()):
+            for name, source in self._system.units.items():
+                self.by_name[name] = source.open(name)
+        for name in self.by_name:
+            self._use_events(name)
+
+    def _use_events(self, name: str) -> None:
+        unit = self.by_name[name]
+        h = self._h * float(self._system.steps.get(name, 1))
+        if name in self._schedule.events:
+            events_of(unit).use(h, settles=name not in self._schedule.early)
+        elif unit.events is not None and unit.events.demanded:
+            unit.events.use(h, settles=True)
+
+    def bind(self) -> None:
+        """Bind all units to the table, as it is."""
+        for name, unit in self.by_name.items():
+            unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
+
+    def initialise(self, checked: Checked, end: Callable[[EndRequested], None]) -> None:
+        """Lead all units, which are bound, through the initialisation.
+
+        Args:
+            checked: Raises an error for the status of a unit's call.
+            end: Called for a unit that asks for the end of the run already.
+        """
+        for name, source in self._system.units.items():
+            self.by_name[name].enter_initialization(source.parameters, self._setup)
+        initialise(self._system, self._schedule, self.by_name, self._table, checked)
+        for name, unit in self.by_name.items():
+            try:
+                unit.exit_initialization()
+            except EndRequested as ended:
+                end(ended)
+            self._initialised.add(name)
+            for function in unit.getters():  # events at the start may have changed what is shown
+                checked(unit, function())
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a person should know of how the units were run."""
+        return [f"unit `{name}`: {remark}" for name, unit in self.by_name.items() for remark in unit.remarks]
+
+    def close(self) -> None:
+        """Terminate all units that have not failed, and release all."""
+        for name, unit in self.by_name.items():
+            if name in self._initialised and name != self.failed:
+                try:
+                    unit.terminate()
+                except UnitError as error:
+                    unit.remarks.append(error.reason)
+            self._initialised.discard(name)
+            unit.close()
+
+
+def failure_reason(unit: Unit, status: int) -> str:
+    """What a unit did that returned the FMI status of a failure, and what it said about it."""
+    words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
+    said = unit.messages.said()
+    return words.get(status, f"returned status {status}") + (f": {'; '.join(said)}" if said else "")
