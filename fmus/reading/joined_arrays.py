@@ -72,7 +72,9 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]])
     starts = [part.start for part in parts]
     start = None if None in starts else shaped(starts, quantity)
     references = [reference for part in parts for reference in part.references]
-    yield replace(parts[0], variable=Variable(name, quantity), start=start, references=references)
+    variability = parts[0].variability if len({part.variability for part in parts}) == 1 else ""
+    whole = replace(parts[0], variable=Variable(name, quantity), variability=variability)
+    yield replace(whole, start=start, references=references)
 
 
 def whole_name(name: str, known: Mapping[str, Any]) -> str | None:

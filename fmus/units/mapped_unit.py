@@ -97,13 +97,10 @@ class MappedUnit(Unit):
     def _to_ours(self, outputs: TypedColumns) -> list[Operation]:
         """The calls that translate their outputs to ours, and add what they do not show."""
         ours, theirs, a = self.interface.recorded, self._inner.interface.recorded, self._adaptation
-        sizes = {v.name: v.size for v in theirs}
-        own = [Link(name, tuple((name, i) for i in range(sizes[name]))) for name in a.passed_on]
-        calls = _moves((*a.outputs, *own), (theirs, self._y), (ours, outputs))
+        own = [Link(v.name, tuple((v.name, i) for i in range(v.size))) for v in theirs if v.name in a.passed_on]
         slots = views(ours, outputs)
-        calls += _constants(a.constants, slots)
-        for name, integral in zip(a.integrated, self._integrals, strict=True):
-            calls.append(integral.shown_in(slots[name]))
+        calls = [*_moves((*a.outputs, *own), (theirs, self._y), (ours, outputs)), *_constants(a.constants, slots)]
+        calls += [i.shown_in(slots[name]) for name, i in zip(a.integrated, self._integrals, strict=True)]
         buses = _by_bus({v.name: slots[v.name] for v in self.interface.outputs})
         conventions = _of_present_buses(a.conventions, self.interface.outputs)
         return calls + [_applied(c.ours, buses[bus]) for bus, cs in conventions.items() for c in cs]

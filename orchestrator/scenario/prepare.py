@@ -75,17 +75,13 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
 
     units = isolated(_sources(filled, options.mode, progress), options.isolate, in_process=options.in_process)
     remarks += _kept_inside(blocks, options.mode)
+    sockets = {socket: SOCKETS[socket] for socket in units}
+    steps = _own_steps(fillings, times["step"])
     sources = {path: source for one in filled.values() for path, source in one.resolution.sources.items()}
     return Scenario(
         name=name,
         title=content.title,
-        system=System(
-            units=units,
-            wiring=wiring_of(units),
-            sockets={socket: SOCKETS[socket] for socket in units},
-            steps=_own_steps(fillings, times["step"]),
-            allow_nonfinite=content.allow_nonfinite,
-        ),
+        system=System(units, wiring_of(units), sockets=sockets, steps=steps, allow_nonfinite=content.allow_nonfinite),
         scene=Scene(**scene.values),
         h=times["step"],
         until=times["stop_time"],

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from components.interfaces.problem import Problem, choices, raise_if_any, refuse
-from fmus.reading.archive import Archive
 from fmus.toolchain.version import Version
 from fmus.unit_interface import SuggestedExperiment
 from orchestrator.scenario.driven_inputs import with_table
@@ -46,7 +45,7 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     mine = settings.get(unit, ())
     fmu = with_lengths(unit, Fmu(path, lenient=options.lenient, interface_type=choice.of(unit)), settings=mine)
     resolved = resolve_unit(unit, fmu, settings=mine)
-    raise_if_any(_problems(fmu.archive, resolved))
+    raise_if_any(_problems(fmu, resolved))
     fmu = fmu.with_parameters(resolved.of_role("parameters", "initials"))
     archive, inputs = fmu.archive, {v.name for v in fmu.interface.inputs}
     held = {name: _plain(start) for name, start in fmu.interface.starts.items() if name in inputs}
@@ -84,15 +83,18 @@ def _undriven(system: System) -> Iterator[str]:
         yield f"nothing drives the inputs {', '.join(f'{path} = {value}' for path, value in held.items())}"
 
 
-def _problems(archive: Archive, *resolutions: Resolution) -> Iterator[Problem]:
-    """The problems of values, with what to do about infinite ones and NaN in FMI 2.0, which says nothing of them."""
-    for resolution in resolutions:
-        values = {resolution.path(name): value for name, value in resolution.values.items()}
-        for problem in resolution.problems:
-            value = np.asarray(values.get(problem.where))
-            special = value.dtype.kind == "f" and not np.isfinite(value).all()
-            lenient = special and archive.version is not Version.FMI3 and not problem.remedy
-            yield replace(problem, remedy="Take it as it is with --lenient.") if lenient else problem
+def _problems(fmu: Fmu, resolved: Resolution) -> Iterator[Problem]:
+    """The problems of values, with what to do about infinite ones and NaN; only FMI 3.0 has them."""
+    starts = fmu.interface.starts
+    own = {v.name: starts[v.name] for v in fmu.interface.inputs if v.name in starts and v.name not in resolved.values}
+    quantities = {v.name: v.quantity for v in fmu.interface.inputs}
+    problems = [p for name, start in own.items() for p in quantities[name].problems(resolved.path(name), start)]
+    values = {resolved.path(name): value for name, value in {**own, **resolved.values}.items()}
+    for problem in (*resolved.problems, *problems):
+        value = np.asarray(values.get(problem.where))
+        special = value.dtype.kind == "f" and not np.isfinite(value).all()
+        lenient = special and fmu.archive.version is not Version.FMI3 and not problem.remedy
+        yield replace(problem, remedy="Take it as it is with --lenient.") if lenient else problem
 
 
 def _times(

@@ -23,7 +23,7 @@ from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve
-from orchestrator.scenario.table_file import TableFile, read_table
+from orchestrator.scenario.table_file import read_table
 from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
 from orchestrator.ssp.archive import (
     VALID_SSP,
@@ -91,10 +91,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     system = _system(units, assembly, held, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
         raise RequestError(dict.fromkeys(findings.problems))
-    table, hold = _table(document, known, options)
-    if table is not None:
-        system, remarks = with_table(system, table, hold=hold)
-        findings.remarks += remarks
+    system = _following_table(system, document, known, options)
     given = {*known.held, *(system.table.paths if system.table else ())}
     findings.remarks += [*_undriven(assembly, given), *enumeration_remarks(system)]
     late = annotation is None and open_dependencies_close_a_loop(system)
@@ -154,13 +151,19 @@ def _system(
         return None
 
 
-def _table(document: Document, annotation: ScenarioAnnotation, options: Options) -> tuple[TableFile | None, bool]:
-    """The table that inputs follow, a person's or that of our annotation, and whether its values hold."""
+def _following_table(system: System, document: Document, annotation: ScenarioAnnotation, options: Options) -> System:
+    """The system whose inputs follow the table of a person or of our annotation, if there is one."""
     if options.input is not None:
-        return read_table(Path(options.input)), options.input_hold
-    where = f"{document.package.where}, {annotation.table}"
-    path = None if annotation.table is None else resolve_uri(document, annotation.table, where)
-    return None if path is None else read_table(path, where), annotation.table_holds
+        table, hold = read_table(Path(options.input)), options.input_hold
+    else:
+        where = f"{document.package.where}, {annotation.table}"
+        path = None if annotation.table is None else resolve_uri(document, annotation.table, where)
+        if path is None:
+            return system
+        table, hold = read_table(path, where), annotation.table_holds
+    following, remarks = with_table(system, table, hold=hold)
+    document.findings.remarks.extend(remarks)
+    return following
 
 
 def _undriven(assembly: Assembly, given: Container[str]) -> Iterator[str]:

@@ -7,9 +7,13 @@ import tomllib
 from collections.abc import Callable, Mapping
 from typing import Any, Final, cast
 
+import numpy as np
+
+from components.interfaces.conversion import unit_conversion
 from components.interfaces.quantity import Quantity, Type
 
 _BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
+_WITH_UNIT: Final = re.compile(r"(?P<number>.*\S)\s+\[(?P<unit>[^\[\],]*[^\[\],\s\d][^\[\],]*)\]")
 _QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\.|(?!(?P=quote)).)*)(?P=quote)""")
 
 
@@ -18,7 +22,7 @@ def from_text(text: str, q: Quantity) -> Any:
 
     A text for a String is that text, whatever it looks like; in quotes it is what TOML reads there. Items of an
     enumeration go by their name or their number, Booleans by true, false, 1 or 0, Binary by hexadecimal digits, and
-    arrays are lists in brackets.
+    arrays are lists in brackets. Numbers may have a unit of measurement of their own behind them: `50 [km/h]`.
 
     Args:
         text: The text.
@@ -27,6 +31,10 @@ def from_text(text: str, q: Quantity) -> Any:
     Returns:
         The value; what means none comes back much as it is, and `Quantity.problems` says what would.
     """
+    if q.type.is_float and (match := _WITH_UNIT.fullmatch(text)) is not None:
+        conversion, value = unit_conversion(Quantity(match["unit"], ""), q), from_text(match["number"], q)
+        numbers = np.asarray(value)
+        return text if conversion is None or numbers.dtype.kind not in "fiu" else conversion(numbers).tolist()
     if not q.shape:
         return _unquoted(text) if q.type is Type.STRING else _scalar(text, q)
     return _in_each(_items(text, q), lambda item: _scalar(item, q) if isinstance(item, str) else _truth(item, q))

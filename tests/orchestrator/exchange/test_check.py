@@ -251,5 +251,8 @@ def test_local_variables_are_listed_up_to_a_bound(in_tmp_path, macrostep):
     pack(in_tmp_path / "a.fmu", Version.FMI2, text, ssps.echo_library(Version.FMI2))
     code, out, _ = macrostep("check", "a.fmu")
     assert code == 0
-    assert "  y       output      Float64\n  k       calculated  Float64\n  x0      local       Float64  m\n" in out
-    assert "  x98     local       Float64  m\n  and 6 more, which --record takes as well\n" in out
+    rows = [line.split() for line in out.splitlines()]
+    assert rows.index(["k", "calculated", "Float64"]) == rows.index(["y", "output", "Float64"]) + 1
+    assert ["x98", "local", "Float64", "m"] in rows
+    assert ["x99", "local", "Float64", "m"] not in rows
+    assert "\n  and 6 more, which --record takes as well\n" in out

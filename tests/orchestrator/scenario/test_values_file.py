@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from components.interfaces.problem import RequestError
+from components.interfaces.quantity import Quantity
 from orchestrator.loading import load
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.values_file import expanded
+from orchestrator.system.value_texts import from_text
 from tests.orchestrator.ssps import echo
 
 TEXT = """
 # what the test bench measured
-fmu.v = 2.5      # m/s
+fmu.v = 9 [km/h] # by radar
 fmu.k=3
 fmu.name = two words
 
@@ -22,11 +25,28 @@ fmu.name = two words
 def test_the_lines_of_a_file_stand_where_its_name_did(tmp_path):
     (tmp_path / "values").write_text(TEXT)
     texts = ["fmu.v=1", f"@{tmp_path / 'values'}", "fmu.k=4"]
-    assert expanded(texts) == ["fmu.v=1", "fmu.v=2.5", "fmu.k=3", "fmu.name=two words", "fmu.k=4"]
-    fmu = echo(tmp_path / "a.fmu", ["v", ("name", "String", "-")], ["k"])
+    assert expanded(texts) == ["fmu.v=1", "fmu.v=9 [km/h]", "fmu.k=3", "fmu.name=two words", "fmu.k=4"]
+    fmu = echo(tmp_path / "a.fmu", [("v", "Real", "0", {"unit": "m/s"}), ("name", "String", "-")], ["k"])
     system = load(str(fmu), Options(stop_time=1.0, settings=texts)).system
     assert system.held == {"fmu.v": 2.5, "fmu.name": "two words"}
     assert system.units["fmu"].parameters == {"k": 4}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("36 [km/h]", 10.0),
+        ("36  [m/s]", 36.0),
+        ("9 [kg]", "9 [kg]"),
+        ("fast [km/h]", "fast [km/h]"),
+        ("[36, 72] [km/h]", [10.0, 20.0]),
+        ("[1, 2]", [1, 2]),
+        ("[[1], [2]]", [[1], [2]]),
+    ],
+)
+def test_a_number_may_have_a_unit_of_measurement(text, expected):
+    shape = np.shape(expected) if isinstance(expected, list) else ()
+    assert from_text(text, Quantity("m/s", "speed", shape=shape)) == expected
 
 
 def test_what_is_no_value_is_told_with_its_line(tmp_path):
