@@ -5,6 +5,7 @@ Numbers lie in a file that both processes map; texts and bytes, which have no fi
 
 from __future__ import annotations
 
+import copy
 import io
 import mmap
 import pickle
@@ -26,6 +27,11 @@ from fmus.unit_interface import Interface
 from fmus.units.unit import Column, TypedColumns, widths
 
 _ALIGNMENT: Final = 8
+_LISTS: Final = (
+    *("modelVariables", "outputs", "derivatives", "clockedStates", "eventIndicators", "initialUnknowns"),
+    *("unitDefinitions", "typeDefinitions"),
+)
+"""FMPy's names of the lists in a description that units do not read."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,8 @@ class Instantiation:
     folder: Path
     """The working folder of the process that asks for it."""
     packed: bytes
-    """The FMU file as it was read, without the element tree of its description, which cannot be sent."""
+    """The FMU file as it was read, without the element tree of its description, which cannot be sent, and without what
+    no unit needs of it."""
     description: bytes | None
     """The text of that element tree, where it is of use because the library has to be compiled."""
     memory: Path
@@ -49,7 +56,8 @@ class Instantiation:
         """The request to make the unit of an FMU file."""
         text = None if archive.root is None or archive.library is not None else etree.tostring(archive.root)
         stream = io.BytesIO()
-        _Pickler(stream, pickle.HIGHEST_PROTOCOL).dump(replace(archive, root=None))
+        sent = replace(archive, description=_without_variables(archive.description), root=None)
+        _Pickler(stream, pickle.HIGHEST_PROTOCOL).dump(sent)
         return cls(name, Path.cwd(), stream.getvalue(), text, memory, control)
 
     @property
@@ -59,6 +67,15 @@ class Instantiation:
         if self.description is None:
             return archive
         return replace(archive, root=parse_xml(self.description, str(archive.path), VALID_FMU))
+
+
+def _without_variables(description: Any) -> Any:
+    """The description that FMPy has read, without its lists of variables, units and types: there may be 100 000."""
+    light = copy.copy(description)
+    for name in _LISTS:
+        if hasattr(light, name):
+            setattr(light, name, [])
+    return light
 
 
 class _Pickler(pickle.Pickler):
