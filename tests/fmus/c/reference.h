@@ -14,8 +14,8 @@ enum outcome { DONE, EARLY, OVER, WRONG };
 enum settable { ALWAYS, AT_EVENTS, BEFORE_START, NEVER };
 
 typedef struct {
-    Slot v[40];
-    size_t size[40];           /* of binary values */
+    Slot v[64];
+    size_t size[64];           /* of binary values */
     double start, stop, point; /* the communication point that comes next */
     double next_event, z_before;
     long steps;

@@ -1,5 +1,8 @@
 #include "fmi2Functions.h"
 #include "reference.h"
+#ifndef AT /* the slot of a value reference of a type; some makers count each type for itself */
+#define AT(T, reference) (reference)
+#endif
 
 #define M_ M *m = (M *)c
 #define NEED(test) if (!(test)) return fmi2Error
@@ -20,6 +23,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         f->logger(f->componentEnvironment, name, fmi2Error, "logStatusError", "The name or the GUID %s is wrong.", guid);
         return NULL;
     }
+#ifdef ONLY_ONCE
+    static int instances;
+    if (instances++) return NULL;
+#endif
     M *m = created(type == fmi2ModelExchange);
     if (resources && !folder_of(resources, m->resources)) { free(m); return NULL; }
     return m;
@@ -33,7 +40,14 @@ fmi2Status fmi2Reset(fmi2Component c) {
     free(fresh);
     return fmi2OK;
 }
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean td, fmi2Real tolerance, fmi2Real t, fmi2Boolean sd, fmi2Real stop) { M_; NEED(m->mode == INSTANTIATED); initialize(m, t, sd, stop); return fmi2OK; }
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean td, fmi2Real tolerance, fmi2Real t, fmi2Boolean sd, fmi2Real stop) {
+    M_; NEED(m->mode == INSTANTIATED);
+#ifdef LOADS_STARTS
+    begin(m);
+#endif
+    initialize(m, t, sd, stop);
+    return fmi2OK;
+}
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { M_; NEED(m->mode == INSTANTIATED); m->mode = INITIALIZATION; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     M_; NEED(m->mode == INITIALIZATION && !compute(m));
@@ -65,23 +79,23 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size
 #define ACCESS(T)                                                                                                      \
     fmi2Status fmi2Get##T(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2##T v[]) {                     \
         M_; NEED(!compute(m));                                                                                         \
-        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + vr[i], sizeof *v);                                         \
+        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + AT(T, vr[i]), sizeof *v);                                  \
         return fmi2OK;                                                                                                 \
     }                                                                                                                  \
     fmi2Status fmi2Set##T(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2##T v[]) {               \
         M_;                                                                                                            \
-        for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i])); memcpy(m->v + vr[i], v + i, sizeof *v); }            \
+        for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(T, vr[i]))); memcpy(m->v + AT(T, vr[i]), v + i, sizeof *v); } \
         return fmi2OK;                                                                                                 \
     }
 ACCESS(Real) ACCESS(Integer) ACCESS(Boolean)
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String v[]) {
     M_; NEED(!compute(m));
-    for (size_t i = 0; i < n; i++) v[i] = m->v[vr[i]].bytes;
+    for (size_t i = 0; i < n; i++) v[i] = m->v[AT(String, vr[i])].bytes;
     return fmi2OK;
 }
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String v[]) {
     M_;
-    for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i]) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[vr[i]].bytes, v[i]); }
+    for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(String, vr[i])) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[AT(String, vr[i])].bytes, v[i]); }
     return fmi2OK;
 }
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no) {

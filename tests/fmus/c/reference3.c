@@ -6,6 +6,9 @@ static void finished(void *environment, void *told, double t) {
     if (told) ((fmi3IntermediateUpdateCallback)told)(environment, t, fmi3False, fmi3True, fmi3True, fmi3False, &early, &until);
 }
 #include "reference.h"
+#ifndef AT /* the slot of a value reference */
+#define AT(reference) (reference)
+#endif
 
 #define M_ M *m = (M *)c
 #define NEED(test) if (!(test)) return fmi3Error
@@ -17,9 +20,11 @@ static M *made(int me, fmi3String name, fmi3String token, fmi3String resources, 
     m->environment = e;
     return m;
 }
+#ifndef ONLY_CO_SIMULATION
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging, fmi3InstanceEnvironment e, fmi3LogMessageCallback log) {
     return made(1, name, token, resources, e, log);
 }
+#endif
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference required[], size_t n, fmi3InstanceEnvironment e, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
 #ifndef HAS_EVENTS
     if (events) { log(e, fmi3Error, "logStatusError", "Event Mode is not supported."); return NULL; }
@@ -46,7 +51,9 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     return fmi3OK;
 }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { M_; NEED(m->mode == (m->me ? CONTINUOUS : STEP_MODE) && (m->me || m->events)); m->mode = EVENT; return fmi3OK; }
+#ifndef ONLY_CO_SIMULATION
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { M_; NEED(m->me && m->mode == EVENT); m->mode = CONTINUOUS; return fmi3OK; }
+#endif
 fmi3Status fmi3EnterStepMode(fmi3Instance c) { M_; NEED(m->events && m->mode == EVENT); m->mode = STEP_MODE; return fmi3OK; }
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *end, fmi3Boolean *nominals, fmi3Boolean *values, fmi3Boolean *defined, fmi3Float64 *next) {
     M_; NEED(m->mode == EVENT);
@@ -56,6 +63,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     *end = m->ends; *values = m->changed; *defined = m->timed; *next = m->next_event;
     return fmi3OK;
 }
+#ifndef ONLY_CO_SIMULATION
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no, fmi3Boolean *enter, fmi3Boolean *end) { M_; NEED(m->mode == CONTINUOUS); *enter = *end = fmi3False; return fmi3OK; }
 fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t) { M_; NEED(m->me); R(0) = t; return fmi3OK; }
 fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) { M_; NEED(m->mode == CONTINUOUS && n == NX); for (int i = 0; i < NX; i++) R(states[i]) = x[i]; return fmi3OK; }
@@ -65,41 +73,42 @@ fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n) { M
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) { NEED(n == NX); for (int i = 0; i < NX; i++) x[i] = 1; return fmi3OK; }
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) { *n = NX; return fmi3OK; }
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = NZ; return fmi3OK; }
+#endif
 
 #define ACCESS(T)                                                                                                      \
     fmi3Status fmi3Get##T(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##T v[], size_t nv) {           \
         M_; NEED(n == nv && !compute(m));                                                                              \
-        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + vr[i], sizeof *v);                                         \
+        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + AT(vr[i]), sizeof *v);                                         \
         return fmi3OK;                                                                                                 \
     }                                                                                                                  \
     fmi3Status fmi3Set##T(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##T v[], size_t nv) {     \
         M_; NEED(n == nv);                                                                                             \
-        for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i])); memcpy(m->v + vr[i], v + i, sizeof *v); }            \
+        for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(vr[i]))); memcpy(m->v + AT(vr[i]), v + i, sizeof *v); }            \
         return fmi3OK;                                                                                                 \
     }
 ACCESS(Float64) ACCESS(Float32) ACCESS(Int8) ACCESS(UInt8) ACCESS(Int16) ACCESS(UInt16) ACCESS(Int32) ACCESS(UInt32)
 ACCESS(Int64) ACCESS(UInt64) ACCESS(Boolean)
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String v[], size_t nv) {
     M_; NEED(!compute(m));
-    for (size_t i = 0; i < n; i++) v[i] = m->v[vr[i]].bytes;
+    for (size_t i = 0; i < n; i++) v[i] = m->v[AT(vr[i])].bytes;
     return fmi3OK;
 }
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String v[], size_t nv) {
     M_;
-    for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i]) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[vr[i]].bytes, v[i]); }
+    for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(vr[i])) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[AT(vr[i])].bytes, v[i]); }
     return fmi3OK;
 }
 fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary v[], size_t nv) {
     M_; NEED(!compute(m));
-    for (size_t i = 0; i < n; i++) { v[i] = (fmi3Binary)m->v[vr[i]].bytes; sizes[i] = m->size[vr[i]]; }
+    for (size_t i = 0; i < n; i++) { v[i] = (fmi3Binary)m->v[AT(vr[i])].bytes; sizes[i] = m->size[AT(vr[i])]; }
     return fmi3OK;
 }
 fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary v[], size_t nv) {
     M_;
     for (size_t i = 0; i < n; i++) {
-        NEED(may_set(m, vr[i]) && sizes[i] <= sizeof(Slot));
-        memcpy(m->v[vr[i]].bytes, v[i], sizes[i]);
-        m->size[vr[i]] = sizes[i];
+        NEED(may_set(m, AT(vr[i])) && sizes[i] <= sizeof(Slot));
+        memcpy(m->v[AT(vr[i])].bytes, v[i], sizes[i]);
+        m->size[AT(vr[i])] = sizes[i];
     }
     return fmi3OK;
 }
