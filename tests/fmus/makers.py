@@ -95,29 +95,32 @@ def version_of(name: str) -> Version:
 
 
 @cache
-def _library(name: str, *more: str) -> Path:
+def _library(name: str, *, complete: bool) -> Path:
     maker, version = MAKERS[name], version_of(name)
     root = etree.fromstring(description(name))
     token = root.get("guid") or root.get("instantiationToken")
-    flags = ['-DMODEL="models/drive.h"', f'-DTOKEN="{token}"', EXACT, *maker.flags, *more]
+    flags = ['-DMODEL="models/drive.h"', f'-DTOKEN="{token}"', EXACT]
+    flags += [flag for flag in maker.flags if not (complete and flag == "-DONLY_CO_SIMULATION")]
     flags += ["-DHAS_EVENTS"] if 'hasEventMode="true"' in description(name).decode("latin-1") else []
     absent = [n for n in functions(version) if any(part in n for part in _NOT_FOR_CO_SIMULATION)]
-    where = kept_folder() / f"maker-{name}{''.join(more)}"
-    return library(where, version, f'#include "reference{version}.c"', *flags, absent=absent if maker.without else ())
+    absent = absent if maker.without and not complete else []
+    where = kept_folder() / f"maker-{name}{'-complete' * complete}"
+    return library(where, version, f'#include "reference{version}.c"', *flags, absent=absent)
 
 
 @cache
-def maker_fmu(name: str, interface: str | None = None, *, sources: bool = False) -> Path:
+def maker_fmu(name: str, interface: str | None = None, *, sources: bool = False, complete: bool = False) -> Path:
     """The FMU of a maker, compiled once for all tests.
 
     Args:
         name: The maker, one of `MAKERS`.
         interface: The one interface type that it has, `CoSimulation` or `ModelExchange`; those of its maker if none.
         sources: Whether it has sources, whose functions have a prefix, instead of a library for this platform.
+        complete: Whether its library has functions that its maker leaves out.
     """
     maker, version = MAKERS[name], version_of(name)
     root = etree.fromstring(description(name))
-    path = kept_folder() / f"{name}{interface or ''}{'-sources' if sources else ''}.fmu"
+    path = kept_folder() / f"{name}{interface or ''}{'-sources' * sources}{'-complete' * complete}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(name, interface))
         for file, text in maker.files.items():
@@ -128,7 +131,7 @@ def maker_fmu(name: str, interface: str | None = None, *, sources: bool = False)
             archive.writestr("sources/drive.c", _prefixed(root, maker.flags))
             return path
         for identifier in {e.get("modelIdentifier") for e in root if e.get("modelIdentifier")}:
-            archive.write(_library(name), binary_path(version, identifier))
+            archive.write(_library(name, complete=complete), binary_path(version, identifier))
     return path
 
 

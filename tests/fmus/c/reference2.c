@@ -32,6 +32,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return m;
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
+fmi2Status fmi2Terminate(fmi2Component c) { M_; NEED(m->mode > INITIALIZATION); return fmi2OK; }
 fmi2Status fmi2Reset(fmi2Component c) {
     M_;
     M *fresh = created(m->me);

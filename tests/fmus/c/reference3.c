@@ -34,6 +34,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     return m;
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
+fmi3Status fmi3Terminate(fmi3Instance c) { M_; NEED(m->mode > INITIALIZATION); return fmi3OK; }
 fmi3Status fmi3Reset(fmi3Instance c) {
     M_;
     M *fresh = created(m->me);
