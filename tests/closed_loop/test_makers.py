@@ -11,12 +11,15 @@ import pytest
 from fmpy import simulate_fmu
 
 from fmus.reading.opening import open_fmu
+from fmus.toolchain.version import Version
 from orchestrator import SILENT, Fmu, Options, RequestError, Simulation, System, load
-from tests.fmus.makers import MAKERS, description, maker_fmu
+from tests.fmus.makers import MAKERS, description, maker_fmu, version_of
 
 CO, ME = "CoSimulation", "ModelExchange"
 STEPS = 100
-WITH_ME = [name for name in MAKERS if b"<ModelExchange" in description(name)]
+ME1 = [name for name in MAKERS if version_of(name) is Version.FMI1 and b"<Implementation" not in description(name)]
+WITH_ME = [*ME1, *(name for name in MAKERS if b"<ModelExchange" in description(name))]
+WITH_CO = [name for name in MAKERS if name not in ME1]
 FINE = 1e-11
 """The relative tolerance with which both integrate."""
 
@@ -79,7 +82,7 @@ def assert_equal(found, expected):
         assert np.asarray(found[name], float) == pytest.approx(np.asarray(values, float), abs=1e-9), name
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", WITH_CO)
 def test_co_simulation_is_as_fmpys(name):
     found = ours(name, maker_fmu(name), moving=True)
     assert np.ptp(found[f"m.{MAKERS[name].angle}"]) > 1e-3
@@ -93,7 +96,7 @@ def test_model_exchange_is_as_fmpys(name):
     assert_equal(found, theirs(name, path, ME, found, moving=False))
 
 
-@pytest.mark.parametrize("name", MAKERS)
+@pytest.mark.parametrize("name", WITH_CO)
 @pytest.mark.parametrize("algorithm", ["jacobi", "clocked"])
 def test_every_algorithm_gives_the_same(name, algorithm):
     found, expected = (ours(name, maker_fmu(name), moving=True, algorithm=a) for a in (algorithm, "sequential"))
@@ -120,6 +123,7 @@ EXPERIMENTS = {
     "dymola": (0.0, 2.0, None), "dymola3": (0.0, 2.0, 0.02), "openmodelica": (0.0, 1.0, 0.002),
     "simulink": (0.0, 2.0, 0.001), "twentysim": (0.0, 2.0, 0.01), "maplesim": (0.0, 1.5, None),
     "amesim": (0.0, 2.0, 0.01), "hopsan": (0.0, 2.0, None), "hopsan3": (0.0, 2.0, None), "jmodelica": (-0.5, 1.5, None),
+    "dymola1": (0.0, 2.0, None), "simulationx1": (0.0, 1.0, None),
 }  # fmt: skip
 
 

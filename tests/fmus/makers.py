@@ -79,6 +79,8 @@ MAKERS: Mapping[str, Maker] = {
     "hopsan": Maker("angle_out", "torque_in", {"Shaft#J": 2.5}, lenient=True),
     "hopsan3": Maker("angle_out", "torque_in", {"Shaft#J": 2.5}, lenient=True),
     "jmodelica": Maker("y[1]", "u[1]", {"inertia.J": 2.5, "_gear": 2}, ["-DBY_TYPE"], start=-0.5, held={"u[2]": 0.5}),
+    "dymola1": Maker("phi", "tau", {"J": 2.5, "gear": 2}, ["-DBY_TYPE"]),
+    "simulationx1": Maker("outPhi", "inM", {"Tr\u00e4gheit.J": 2.5}),
 }  # fmt: skip
 
 
@@ -105,7 +107,10 @@ def _library(name: str, *, complete: bool) -> Path:
     absent = [n for n in functions(version) if any(part in n for part in _NOT_FOR_CO_SIMULATION)]
     absent = absent if maker.without and not complete else []
     where = kept_folder() / f"maker-{name}{'-complete' * complete}"
-    return library(where, version, f'#include "reference{version}.c"', *flags, absent=absent)
+    model = root.get("modelIdentifier", "")
+    flags += [f"-DID={model}"] if version is Version.FMI1 else []
+    source = f'#include "reference{version}.c"'
+    return library(where, version, source, *flags, absent=absent, model=model)
 
 
 @cache
@@ -130,7 +135,7 @@ def maker_fmu(name: str, interface: str | None = None, *, sources: bool = False,
                 archive.writestr(f"sources/{file}", (C / file).read_text())
             archive.writestr("sources/drive.c", _prefixed(root, maker.flags))
             return path
-        for identifier in {e.get("modelIdentifier") for e in root if e.get("modelIdentifier")}:
+        for identifier in {e.get("modelIdentifier") for e in (root, *root) if e.get("modelIdentifier")}:
             archive.write(_library(name, complete=complete), binary_path(version, identifier))
     return path
 

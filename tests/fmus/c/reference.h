@@ -30,6 +30,9 @@ typedef struct {
 #endif
 
 #include MODEL /* NX, NZ, STEP, states, derivatives, rule, begin, compute, indicator, event */
+#ifndef AT /* the slot of a value reference of a type; some makers count each type for itself */
+#define AT(T, reference) (reference)
+#endif
 
 static int near(double a, double b) {
     double d = fabs(a - b);

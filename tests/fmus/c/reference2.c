@@ -1,8 +1,5 @@
 #include "fmi2Functions.h"
 #include "reference.h"
-#ifndef AT /* the slot of a value reference of a type; some makers count each type for itself */
-#define AT(T, reference) (reference)
-#endif
 
 #define M_ M *m = (M *)c
 #define NEED(test) if (!(test)) return fmi2Error

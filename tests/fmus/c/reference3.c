@@ -6,9 +6,6 @@ static void finished(void *environment, void *told, double t) {
     if (told) ((fmi3IntermediateUpdateCallback)told)(environment, t, fmi3False, fmi3True, fmi3True, fmi3False, &early, &until);
 }
 #include "reference.h"
-#ifndef AT /* the slot of a value reference */
-#define AT(reference) (reference)
-#endif
 
 #define M_ M *m = (M *)c
 #define NEED(test) if (!(test)) return fmi3Error
@@ -79,37 +76,37 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) { *n = NZ; 
 #define ACCESS(T)                                                                                                      \
     fmi3Status fmi3Get##T(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##T v[], size_t nv) {           \
         M_; NEED(n == nv && !compute(m));                                                                              \
-        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + AT(vr[i]), sizeof *v);                                         \
+        for (size_t i = 0; i < n; i++) memcpy(v + i, m->v + vr[i], sizeof *v);                                         \
         return fmi3OK;                                                                                                 \
     }                                                                                                                  \
     fmi3Status fmi3Set##T(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3##T v[], size_t nv) {     \
         M_; NEED(n == nv);                                                                                             \
-        for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(vr[i]))); memcpy(m->v + AT(vr[i]), v + i, sizeof *v); }            \
+        for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i])); memcpy(m->v + vr[i], v + i, sizeof *v); }            \
         return fmi3OK;                                                                                                 \
     }
 ACCESS(Float64) ACCESS(Float32) ACCESS(Int8) ACCESS(UInt8) ACCESS(Int16) ACCESS(UInt16) ACCESS(Int32) ACCESS(UInt32)
 ACCESS(Int64) ACCESS(UInt64) ACCESS(Boolean)
 fmi3Status fmi3GetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3String v[], size_t nv) {
     M_; NEED(!compute(m));
-    for (size_t i = 0; i < n; i++) v[i] = m->v[AT(vr[i])].bytes;
+    for (size_t i = 0; i < n; i++) v[i] = m->v[vr[i]].bytes;
     return fmi3OK;
 }
 fmi3Status fmi3SetString(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3String v[], size_t nv) {
     M_;
-    for (size_t i = 0; i < n; i++) { NEED(may_set(m, AT(vr[i])) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[AT(vr[i])].bytes, v[i]); }
+    for (size_t i = 0; i < n; i++) { NEED(may_set(m, vr[i]) && strlen(v[i]) < sizeof(Slot)); strcpy(m->v[vr[i]].bytes, v[i]); }
     return fmi3OK;
 }
 fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary v[], size_t nv) {
     M_; NEED(!compute(m));
-    for (size_t i = 0; i < n; i++) { v[i] = (fmi3Binary)m->v[AT(vr[i])].bytes; sizes[i] = m->size[AT(vr[i])]; }
+    for (size_t i = 0; i < n; i++) { v[i] = (fmi3Binary)m->v[vr[i]].bytes; sizes[i] = m->size[vr[i]]; }
     return fmi3OK;
 }
 fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary v[], size_t nv) {
     M_;
     for (size_t i = 0; i < n; i++) {
-        NEED(may_set(m, AT(vr[i])) && sizes[i] <= sizeof(Slot));
-        memcpy(m->v[AT(vr[i])].bytes, v[i], sizes[i]);
-        m->size[AT(vr[i])] = sizes[i];
+        NEED(may_set(m, vr[i]) && sizes[i] <= sizeof(Slot));
+        memcpy(m->v[vr[i]].bytes, v[i], sizes[i]);
+        m->size[vr[i]] = sizes[i];
     }
     return fmi3OK;
 }
