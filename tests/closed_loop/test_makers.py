@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
+from fmus.reading.archive import InterfaceType
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.version import Version
 from orchestrator import SILENT, Fmu, Options, RequestError, Simulation, System, load
 from tests.fmus.makers import MAKERS, description, maker_fmu, version_of
 
-CO, ME = "CoSimulation", "ModelExchange"
+CO, ME = InterfaceType.CO_SIMULATION, InterfaceType.MODEL_EXCHANGE
 STEPS = 100
 ME1 = [name for name in MAKERS if version_of(name) is Version.FMI1 and b"<Implementation" not in description(name)]
 WITH_ME = [*ME1, *(name for name in MAKERS if b"<ModelExchange" in description(name))]
@@ -39,10 +40,10 @@ def inputs(maker, value):
     return {f"m.{maker.torque}": value} | {f"m.{n}": v for n, v in maker.held.items()}
 
 
-def ours(name, path, *, moving, algorithm="sequential"):
+def ours(name, path, kind=CO, *, moving, algorithm="sequential"):
     """The columns of our run; the torque is held at 1, or changes at every communication point where it is `moving`."""
     maker = MAKERS[name]
-    source = Fmu(path, maker.parameters, lenient=maker.lenient)
+    source = Fmu(path, maker.parameters, lenient=maker.lenient, interface_type=kind)
     held = inputs(maker, torque(maker.start) if moving else 1.0)
     times = {"h": maker.h, "start": maker.start, "until": maker.start + STEPS * maker.h}
     with Simulation(System({"m": source}, {}, held=held), tolerance=FINE, algorithm=algorithm, **times) as simulation:
@@ -67,7 +68,7 @@ def theirs(name, path, kind, columns, *, moving):
             stop_time=maker.start + STEPS * maker.h,
             output_interval=maker.h,
             relative_tolerance=FINE,
-            fmi_type=kind,
+            fmi_type=str(kind),
             start_values={**maker.parameters, **maker.held},
             input=given,
             output=outputs,
@@ -91,8 +92,8 @@ def test_co_simulation_is_as_fmpys(name):
 
 @pytest.mark.parametrize("name", WITH_ME)
 def test_model_exchange_is_as_fmpys(name):
-    path = maker_fmu(name, ME)
-    found = ours(name, path, moving=False)
+    path = maker_fmu(name)
+    found = ours(name, path, ME, moving=False)
     assert_equal(found, theirs(name, path, ME, found, moving=False))
 
 

@@ -5,7 +5,6 @@ The descriptions stand in `makers`, the equations in `c/models/drive.h`.
 
 from __future__ import annotations
 
-import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -84,11 +83,9 @@ MAKERS: Mapping[str, Maker] = {
 }  # fmt: skip
 
 
-def description(name: str, interface: str | None = None) -> bytes:
-    """The model description as the maker writes it, or with one of its interface types only."""
-    text = (DESCRIPTIONS / f"{name}.xml").read_bytes()
-    other = {"CoSimulation": b"ModelExchange", "ModelExchange": b"CoSimulation"}.get(interface or "", b"Neither")
-    return re.sub(rb"<%b\b[^>]*(/>|>.*?</%b>)" % (other, other), b"", text, flags=re.DOTALL)
+def description(name: str) -> bytes:
+    """The model description as the maker writes it."""
+    return (DESCRIPTIONS / f"{name}.xml").read_bytes()
 
 
 def version_of(name: str) -> Version:
@@ -114,20 +111,19 @@ def _library(name: str, *, complete: bool) -> Path:
 
 
 @cache
-def maker_fmu(name: str, interface: str | None = None, *, sources: bool = False, complete: bool = False) -> Path:
+def maker_fmu(name: str, *, sources: bool = False, complete: bool = False) -> Path:
     """The FMU of a maker, compiled once for all tests.
 
     Args:
         name: The maker, one of `MAKERS`.
-        interface: The one interface type that it has, `CoSimulation` or `ModelExchange`; those of its maker if none.
         sources: Whether it has sources, whose functions have a prefix, instead of a library for this platform.
         complete: Whether its library has functions that its maker leaves out.
     """
     maker, version = MAKERS[name], version_of(name)
     root = etree.fromstring(description(name))
-    path = kept_folder() / f"{name}{interface or ''}{'-sources' * sources}{'-complete' * complete}.fmu"
+    path = kept_folder() / f"{name}{'-sources' * sources}{'-complete' * complete}.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", description(name, interface))
+        archive.writestr("modelDescription.xml", description(name))
         for file, text in maker.files.items():
             archive.writestr(file, text)
         if sources:
