@@ -76,6 +76,8 @@ class Archive:
     """Value references of the clocks of each clocked variable."""
     remarks: tuple[str, ...] = ()
     """Remarks for the user: the rules of FMI that it breaks, and its requirements."""
+    breaks_rules: bool = False
+    """Whether its description breaks rules of FMI, which the remarks tell."""
     files: frozenset[str] = frozenset()
     """The paths of all files in it."""
     root: Any = None

@@ -48,6 +48,8 @@ class Description:
     version: Version
     remarks: tuple[str, ...]
     """The rules that it breaks although it can be run."""
+    breaks_rules: bool
+    """Whether there are such rules."""
 
 
 def read_description(content: bytes, where: str, *, lenient: bool) -> Description:
@@ -85,7 +87,7 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
         refused = [breach for breach in others if breach not in tolerated]
         raise_if_any(_problem(place, breach.line, breach.found, version) for breach in refused[:_MOST])
     remarks += _breach_remarks(list(dict.fromkeys(breaches)))
-    return Description(root, model, version, tuple(remarks))
+    return Description(root, model, version, tuple(remarks), bool(by_schema or breaches))
 
 
 def _schema_remarks(breaches: Sequence[tuple[int, str]]) -> list[str]:

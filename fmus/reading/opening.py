@@ -84,6 +84,7 @@ def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType |
         negated=frozenset(v.variable.name for v in variables if v.negated),
         clocks_of={v.variable.name: frozenset(v.clocks) for v in variables if v.clocks},
         remarks=(*content.remarks, *description.remarks),
+        breaks_rules=description.breaks_rules,
         files=content.names,
         root=description.root,
         chosen=chosen,

@@ -201,7 +201,10 @@ def _suggested(wished: SuggestedExperiment) -> str:
 
 
 def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
-    yield f"  {'breaks rules of FMI, and runs with --lenient only' if broken else 'keeps the rules of FMI'}"
+    if broken:
+        yield "  breaks rules of FMI, and runs with --lenient only"
+    else:
+        yield f"  {'breaks rules of FMI that no run needs' if archive.breaks_rules else 'keeps the rules of FMI'}"
     yield from (f"  note: {remark}" for remark in archive.remarks)
 
 

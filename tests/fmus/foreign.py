@@ -28,11 +28,11 @@ _KINDS = {
 }
 
 
-def functions(version: Version) -> list[str]:
-    """The names of all functions of FMI; those of FMI 1.0 for the model `m`."""
+def functions(version: Version, model: str = "m") -> list[str]:
+    """The names of all functions of FMI; those of FMI 1.0 begin with the model."""
     names = {n for kind in _KINDS[version] for n, _ in inspect.getmembers(kind) if n.startswith(f"fmi{version}")}
     found = sorted(n for n in names if n[4].isupper())
-    return [f"m_fmi{name[4:]}" for name in found] if version == Version.FMI1 else found
+    return [f"{model}_fmi{name[4:]}" for name in found] if version == Version.FMI1 else found
 
 
 @cache
@@ -43,11 +43,13 @@ def kept_folder() -> Path:
     return Path(folder)
 
 
-def library(folder: Path, version: Version, source: str, *options: str, absent: Sequence[str] = ()) -> Path:
+def library(
+    folder: Path, version: Version, source: str, *options: str, absent: Sequence[str] = (), model: str = "m"
+) -> Path:
     """Compile C, given as text; functions of FMI that it leaves out do nothing, successfully, or are `absent`."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "source.c").write_text(source)
-    stubs = [f"__attribute__((weak)) int {n}() {{ return 0; }}" for n in functions(version) if n not in absent]
+    stubs = [f"__attribute__((weak)) int {n}() {{ return 0; }}" for n in functions(version, model) if n not in absent]
     (folder / "stubs.c").write_text(_lines(stubs) + "\n")
     target = folder / "library.so"
     flags = ["-O1", "-w", "-fPIC", "-shared", f"-I{HEADERS}", f"-I{C}", *options]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -66,3 +67,46 @@ def test_python_fmus_run(tmp_path, tool, source):
     assert rows["m.n"].tolist() == [3, 4, 5, 6]
     if tool == "pythonfmu":
         assert rows["m.s"].tolist() == ["a", "ab", "abb", "abbb"]
+
+
+OWN_PROCESS = """
+import json, sys
+import fmpy
+values = {"x_start": 2.0, "name": "slow"}
+rows = fmpy.simulate_fmu(sys.argv[1], stop_time=1.0, output_interval=0.1, start_values=values)
+print(json.dumps({name: rows[name].tolist() for name in rows.dtype.names}))
+"""
+DECAY = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real, String
+
+
+class Decay(Fmi2Slave):
+    author = "J\u00f6rg"
+    description = "x' = -3 x, by explicit Euler"
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.x, self.x_start, self.name, self.rate = 0.0, 1.0, "fast", 3.0
+        self.register_variable(Real("x", causality=Fmi2Causality.output))
+        given = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.tunable}
+        self.register_variable(Real("x_start", **given))
+        self.register_variable(String("name", **given))
+
+    def exit_initialization_mode(self):
+        self.x, self.rate = self.x_start, {"fast": 3.0, "slow": 0.3}[self.name]
+
+    def do_step(self, t, h):
+        self.x += h * -self.rate * self.x
+        return True
+"""
+
+
+def test_a_python_fmu_runs_as_fmpy_runs_it(tmp_path):
+    (tmp_path / "decay_model.py").write_text(DECAY, "utf-8")
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", "decay_model.py"]
+    subprocess.run(build, cwd=tmp_path, check=True, capture_output=True)
+    path = tmp_path / "Decay.fmu"
+    done = subprocess.run([sys.executable, "-c", OWN_PROCESS, str(path)], check=True, capture_output=True, text=True)
+    rows = simulate(System({"m": Fmu(path, {"x_start": 2.0, "name": "slow"})}, {}), h=0.1, until=1.0)
+    assert rows["m.x"].tolist() == pytest.approx(json.loads(done.stdout.splitlines()[-1])["x"], abs=1e-9)
+    assert rows["m.x"].tolist()[:2] == [2.0, 2.0 + 0.1 * -0.3 * 2.0]

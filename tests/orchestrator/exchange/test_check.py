@@ -19,6 +19,7 @@ from orchestrator.system.experiment import Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import copied, description2, entries, library, pack, scalar
+from tests.fmus.makers import maker_fmu
 from tests.orchestrator import foreign, ssps
 
 
@@ -36,6 +37,12 @@ def test_an_fmu_is_described(theirs, macrostep):
     assert "  car.south     output         Float64  mm            position across the road, to the right [mm]\n" in out
     assert "  plant       does not fit, 0 of 8 signals found\n" in out
     assert not list(theirs.parent.glob("*.toml"))
+
+
+def test_a_file_that_runs_in_spite_of_its_breaches_is_not_said_to_keep_the_rules(macrostep):
+    code, out, _ = macrostep("check", maker_fmu("twentysim"))
+    assert code == 0
+    assert "  breaks rules of FMI that no run needs\n  note: modelDescription.xml: ModelStructure/Outputs must" in out
 
 
 def test_a_socket_that_fits_is_code_0_and_needs_no_template(built_fmus, in_tmp_path, macrostep):
