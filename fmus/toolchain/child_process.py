@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from selectors import EVENT_READ, DefaultSelector
-from signal import Signals
 from typing import IO, Any, Final
 
 _DIES_WITHIN: Final = 5.0
@@ -30,9 +30,9 @@ class Death:
     """The exit code, or the negative number of the signal that ended the process."""
 
     @property
-    def signal(self) -> Signals | None:
+    def signal(self) -> signal.Signals | None:
         """The signal that ended the process, if one did."""
-        return Signals(-self.code) if self.code < 0 else None
+        return signal.Signals(-self.code) if self.code < 0 else None
 
 
 class ChildDiedError(RuntimeError):
@@ -136,7 +136,10 @@ class ChildProcess:
         return self._process.poll() is None
 
     def kill(self) -> None:
-        """End the child at once."""
+        """End the child at once, and what it has started; this may be called after its end, too."""
+        if hasattr(os, "killpg"):
+            with suppress(ProcessLookupError, PermissionError):  # nothing is left of its group
+                os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
     def close(self) -> None:

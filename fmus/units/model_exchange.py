@@ -218,11 +218,21 @@ class ModelExchangeUnit(FmuUnit):
         return bool(step_event)
 
     @override
+    def reset(self) -> None:
+        super().reset()
+        self._release_integrator()
+        self._time, self._next_event, self._seen = 0.0, None, None
+        self._running = self._unsettled = False
+
+    @override
     def close(self) -> None:
+        self._release_integrator()
+        super().close()
+
+    def _release_integrator(self) -> None:
         if self._integrator is not None:
             self._integrator.close()
             self._integrator = None
-        super().close()
 
 
 class Model1Unit(ModelExchangeUnit, Fmi1Unit):
