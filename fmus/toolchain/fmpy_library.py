@@ -106,7 +106,7 @@ __all__ = [
     "required_functions",
     "ssp_schema",
     "sundials",
-    "validation_problems",
+    "validate_fmu",
 ]
 
 _PACKAGE: Final = Path(fmpy.__file__).parent
@@ -207,19 +207,6 @@ def description_breaches(model: ModelDescription, *, with_structure: bool) -> li
     return [
         breach_of(text) for text in texts + validate_model_description(model, validate_model_structure=with_structure)
     ]
-
-
-def validation_problems(path: Path) -> list[str]:
-    """All problems that FMPy's validator finds in an FMU file, in its words."""
-    try:
-        return [str(problem) for problem in validate_fmu(str(path))]
-    except (zipfile.BadZipFile, OSError) as error:
-        return [str(error)]
-
-
-def as_phrase(text: str) -> str:
-    """A message of FMPy or of libxml2 as a part of one of ours: in one line, without full stop and quotation marks."""
-    return " ".join(text.split()).rstrip(".").replace('"', "`")
 
 
 def required_functions(fmu_class: type, version: Version) -> list[str]:

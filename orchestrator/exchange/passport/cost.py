@@ -121,7 +121,8 @@ def _memory(measured: Costs) -> Line:
     each = growth / measured.steps
     figures = {"growth": Measured(growth, "byte"), "steps": Measured(measured.steps, "1")}
     text = f"{growth / 1024:.0f} KiB more after {measured.steps} steps"
-    usual = float(np.median([grown(pair) for pair in pairwise(measured.memory[:-1])]))
-    if growth > _LEAK and usual * _LOOKS > growth / 2:  # what is taken once is no leak
+    pairs = [*pairwise(measured.memory[:-1])] or [(measured.memory[0], measured.memory[-1])]
+    usual = float(np.median([grown(pair) for pair in pairs]))
+    if growth > _LEAK and usual * len(pairs) > growth / 2:  # what is taken once is no leak
         return MEMORY.fails(f"{text}, {each:.3g} bytes per step", figures | {"per_step": Measured(each, "byte")})
     return MEMORY.passes(text, figures)

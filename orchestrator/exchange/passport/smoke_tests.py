@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from components.interfaces.problem import RequestError
-from fmus.reading.archive import VALID_FMU, Archive
-from fmus.reading.unpack import parse_xml, read
+from fmus.reading.archive import Archive
+from fmus.reading.unpack import parse_xml, read_file
 from orchestrator.exchange.passport.bench import Bench, MeasurementError
 from orchestrator.exchange.passport.experiment_run import Experiment, TimeSeries, drive_experiment, worst_deviation
 from orchestrator.exchange.passport.passport_line import Line, Measured, Topic
@@ -63,7 +63,7 @@ def lines(bench: Bench, *, runs: bool) -> list[Line]:
 
 def carried(archive: Archive) -> _Carried:
     """The smoke tests in an FMU, and what keeps others from being read. Raises `RequestError`."""
-    root = parse_xml(_contents(archive, [MANIFEST])[MANIFEST], MANIFEST, "well-formed XML")
+    root = parse_xml(read_file(archive.path, MANIFEST), MANIFEST, "well-formed XML")
     found = _Carried()
     for related in root.iterfind("Related"):
         if related.get("role") in _ROLES:
@@ -71,17 +71,13 @@ def carried(archive: Archive) -> _Carried:
             if path not in archive.files:
                 found.faults.append(f"`{related.get('source')}` is not in the file")
                 continue
-            set_ = parse_xml(_contents(archive, [path])[path], path, "well-formed XML")
+            set_ = parse_xml(read_file(archive.path, path), path, "well-formed XML")
             for node in set_.iterfind("Experiment"):
                 try:
                     found.experiments.append(_experiment(archive, path, node))
                 except UnreadableTestError as error:
                     found.faults.append(f"{node.get('name')}: {error}")
     return found
-
-
-def _contents(archive: Archive, names: list[str]) -> dict[str, bytes]:
-    return read(archive.path, names, archive.path.name, VALID_FMU)[1]
 
 
 def _resolved(base: str, source: str) -> str:
@@ -113,7 +109,7 @@ def _text(archive: Archive, path: str, node: Any) -> str:
     for base in (path, MANIFEST):
         place = _resolved(base, node.get("source") or "")
         if place in archive.files:
-            return _contents(archive, [place])[place].decode("utf-8-sig", "replace")
+            return read_file(archive.path, place).decode("utf-8-sig", "replace")
     raise UnreadableTestError(f"`{node.get('source')}` is not in the file")
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import Problem
-from fmus.toolchain.fmpy_library import as_phrase, validation_problems
+from fmus.toolchain.description_breach import as_phrase
+from fmus.toolchain.fmpy_library import validate_fmu
 from orchestrator.exchange.container import logged_errors
 from orchestrator.exchange.passport.passport_line import Line, Topic
 
@@ -29,9 +31,17 @@ def lines(path: Path, broken: Sequence[Problem]) -> list[Line]:
     """
     return [
         OPENS.judged([f"{problem.where}: {problem.found}".replace(str(path), path.name) for problem in broken], "yes"),
-        FMPY.judged([as_phrase(text) for text in validation_problems(path)], "0 problems"),
+        FMPY.judged([as_phrase(text) for text in fmpy_problems(path)], "0 problems"),
         FMUTOOL.judged(fmutool_remarks(path), "0 remarks"),
     ]
+
+
+def fmpy_problems(path: Path) -> list[str]:
+    """All problems that FMPy's validator finds, in its words."""
+    try:
+        return [str(problem) for problem in validate_fmu(str(path))]
+    except (zipfile.BadZipFile, OSError) as error:
+        return [str(error)]
 
 
 def fmutool_remarks(path: Path) -> list[str]:
