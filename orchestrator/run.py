@@ -18,6 +18,7 @@ from components.interfaces.progress import Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import summary
+from orchestrator.results.growth import growth_remarks
 from orchestrator.results.parquet import write_signals
 from orchestrator.results.provenance import facts, versions
 from orchestrator.results.run_folder import FIGURES, RECORDING, SIGNALS, new_folder, write_system
@@ -108,7 +109,10 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
         if execution.figures and (failed := _draw(scenario, columns, folder / FIGURES)):
             content["figures"] = f"not drawn: {failed}"
         progress.now("writing the recording")
-        notes = _recorded(execution, request, simulation, summary.ending(ended))
+        notes = (
+            *_recorded(execution, request, simulation, summary.ending(ended)),
+            *growth_remarks(columns, scenario.system.units),
+        )
         summary.write_summary(content, folder)
     return Finished(named, content, ended, notes)
 

@@ -90,6 +90,8 @@ class Archive:
     """What that library says of itself."""
     chosen: InterfaceType = InterfaceType.CO_SIMULATION
     """The interface type that is used."""
+    unpacked: Path | None = None
+    """Where its files lie already; without it each unit unpacks them, and has the library for itself."""
 
     @property
     def is_model_exchange(self) -> bool:

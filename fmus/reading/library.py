@@ -114,8 +114,8 @@ def _no_library(where: str, found: str) -> RequestError:
 def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) -> list[str]:  # noqa: FBT001
     """Remarks on the functions of a library that has not been loaded. Raises `RequestError`."""
     where, version = f"{archive.path}, {archive.library}", archive.version
-    prefix = function_prefix(exports, archive.interface_type.modelIdentifier, known_function(version))
-    missing = [n for n in all_functions(archive) if not {n, f"{prefix}{n}"} & exports]
+    prefix = _prefix(archive, exports)
+    missing = missing_functions(archive, exports)
     _refuse_incomplete(archive, missing, where)
     expected = f"{archive.interface_type.modelIdentifier}_" if version == Version.FMI1 else ""
     surprising = f"{archive.library}: the names of its functions begin with `{prefix}`" if prefix else ""
@@ -128,6 +128,16 @@ def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) 
         )
     some = f"{len(missing)} functions" if len(missing) > 1 else "a function"
     return [*remarks, f"{archive.library}: lacks {some} of FMI {version}.0 that no run calls ({listed(missing)})"]
+
+
+def missing_functions(archive: Archive, exports: frozenset[str]) -> list[str]:
+    """The functions of FMI that are not among those that a library exports, with or without a prefix."""
+    prefix = _prefix(archive, exports)
+    return [n for n in all_functions(archive) if not {n, f"{prefix}{n}"} & exports]
+
+
+def _prefix(archive: Archive, exports: frozenset[str]) -> str:
+    return function_prefix(exports, archive.interface_type.modelIdentifier, known_function(archive.version))
 
 
 def _refuse_incomplete(archive: Archive, missing: Collection[str], where: str) -> None:
@@ -151,7 +161,7 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
     """
     path = archive.library or _place(archive)
     library, where, code = folder / path, f"{archive.path}, {path}", archive.code
-    if archive.library is None:
+    if archive.library is None and not library.is_file():
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
         code = machine_code(library.read_bytes())

@@ -52,6 +52,13 @@ class Death:
         return signal.Signals(-self.code) if self.code < 0 else None
 
 
+def death_in_words(death: Death | None) -> str:
+    """How a process ended that was to answer: the signal or the exit code; None is one that is still alive."""
+    if death is None:
+        return "it closed the pipe"
+    return death.signal.name if death.signal else f"exit code {death.code}"
+
+
 class ChildDiedError(RuntimeError):
     """The child process ended, or closed its streams, before it answered.
 

@@ -56,7 +56,7 @@ from fmpy.fmi3 import (
     fmi3ValueReference,
 )
 from fmpy.model_description import ModelDescription, Unknown, ValidationError
-from fmpy.validation import validate_model_description
+from fmpy.validation import validate_fmu, validate_model_description
 from lxml import etree
 
 from fmus.toolchain.archives import MODEL_DESCRIPTION
@@ -106,6 +106,7 @@ __all__ = [
     "required_functions",
     "ssp_schema",
     "sundials",
+    "validate_fmu",
 ]
 
 _PACKAGE: Final = Path(fmpy.__file__).parent

@@ -62,9 +62,7 @@ class FmuUnit(Unit):
         self._stop_is_told = False
         self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
-            temporary = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
-            folder = Path(self._resources.enter_context(temporary)).resolve()
-            unpack(archive.path, folder, str(archive.path), VALID_FMU)
+            folder = archive.unpacked or self._unpacked()
             self._fmu = loaded(self._fmpy_class(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
             self._make_instance()
@@ -74,6 +72,13 @@ class FmuUnit(Unit):
             raise
         if archive.interface.rolls_back:
             self.state = FmuState(self._fmu, self.api, self._check)
+
+    def _unpacked(self) -> Path:
+        """The folder with the files of the FMU, for this unit alone."""
+        temporary = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
+        folder = Path(self._resources.enter_context(temporary)).resolve()
+        unpack(self._archive.path, folder, str(self._archive.path), VALID_FMU)
+        return folder
 
     def _fmpy_class(self) -> type[Any]:
         return self.api.co_simulation
@@ -170,7 +175,7 @@ class FmuUnit(Unit):
             raise failure
         self._stop_is_told = True
         try:
-            self._check("the reset failed", self._fmu.reset)
+            self.reset()
             self._enter(self._parameters, self._setup)
         except UnitError:
             raise failure from None
@@ -215,6 +220,10 @@ class FmuUnit(Unit):
     def terminate(self) -> None:
         self._check("it could not be terminated", self._fmu.terminate)
 
+    def reset(self) -> None:
+        """Return to the state after the instance was made; `enter_initialization` has to follow. Raises `UnitError`."""
+        self._check("the reset failed", self._fmu.reset)
+
     @override
     def close(self) -> None:
         self._resources.close()
@@ -226,6 +235,7 @@ class FmuState(StateCapability):
     def __init__(self, fmu: Any, api: FmiApi, check: Callable[..., Any]) -> None:
         self._check = check
         self._get, self._set, self._free = (getattr(fmu, n) for n in (api.get_state, api.set_state, api.free_state))
+        self._write, self._read = fmu.serializeFMUState, fmu.deserializeFMUState
 
     @override
     def save(self) -> Any:
@@ -238,3 +248,11 @@ class FmuState(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._check("its state could not be released", self._free, state)
+
+    def serialized(self, state: Any) -> bytes:
+        """A saved state as bytes, for `deserialized` in any process. Raises `UnitError`."""
+        return bytes(self._check("its state could not be written", self._write, state))
+
+    def deserialized(self, content: bytes) -> Any:
+        """A state of bytes that `serialized` gave, for `restore`. Raises `UnitError`."""
+        return self._check("its state could not be read", self._read, content)

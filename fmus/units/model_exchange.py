@@ -92,7 +92,8 @@ class ModelExchangeUnit(FmuUnit):
     @override
     def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
         super().enter_initialization(parameters, setup)
-        self._time = self._setup.start
+        self._time, self._next_event, self._seen = self._setup.start, None, None
+        self._running = self._unsettled = False
         self._tolerance = self._integration_tolerance(setup.tolerance)
 
     def _integration_tolerance(self, wanted: float | None) -> float:
@@ -148,6 +149,7 @@ class ModelExchangeUnit(FmuUnit):
         self._fmu.enterContinuousTimeMode()
         self.n_states, self.n_indicators = self._count()
         self._integrator = CvodeIntegrator(self, self._time, self._tolerance)
+        self._resources.callback(self._integrator.close)
         self._running = True
 
     def _settle(self) -> None:
@@ -216,13 +218,6 @@ class ModelExchangeUnit(FmuUnit):
         if terminate:
             raise EndRequested(self.name, self._time)
         return bool(step_event)
-
-    @override
-    def close(self) -> None:
-        if self._integrator is not None:
-            self._integrator.close()
-            self._integrator = None
-        super().close()
 
 
 class Model1Unit(ModelExchangeUnit, Fmi1Unit):

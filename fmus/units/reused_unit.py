@@ -34,7 +34,7 @@ class ReusedUnit(Fmu3Unit):
     def close(self) -> None:
         self.messages.clear()
         try:
-            self._check("the reset failed", self._fmu.reset)
+            self.reset()
         except UnitError:
             self.release()
         else:

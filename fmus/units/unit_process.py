@@ -11,7 +11,7 @@ from typing import Final
 
 from fmus.reading.archive import Archive
 from fmus.reading.library import compile_beforehand
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death
+from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death, death_in_words
 from fmus.toolchain.shared_counter import counters_work
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
@@ -157,7 +157,7 @@ class UnitProcess:
         )
 
     def _died(self, method: str, death: Death | None) -> UnitError:
-        return UnitError(self._unit, f"its process died in `{method}` ({_in_words(death)})", self._said)
+        return UnitError(self._unit, f"its process died in `{method}` ({death_in_words(death)})", self._said)
 
     def close(self) -> None:
         """End the FMU, its process, and what that has started. May be called more than once."""
@@ -190,9 +190,3 @@ class UnitProcess:
             if not message:
                 return
         self._answer("step", _LEAVING)
-
-
-def _in_words(death: Death | None) -> str:
-    if death is None:
-        return "it closed the pipe"
-    return death.signal.name if death.signal else f"exit code {death.code}"

@@ -97,7 +97,7 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     where = path if mapping is None else mapping.fmu
     if where is None:
         raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
-    archive, broken = _opened(where)
+    archive, broken = opened(where)
     tried = None if static else try_first_step(where, lenient=bool(broken))
     problems = (*broken, *(tried.problems if tried else ()))
     theirs = archive.interface
@@ -112,7 +112,7 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
         lines += _next(path, archive, fittings, lenient=bool(broken)) if not tried or not tried.problems else []
         return Checked(tuple(lines), good=not problems, problems=problems)
     fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
-    lines += [f"socket {socket_name}: {_verdict(fitting)}", *_rows(fitting)]
+    lines += [f"socket {socket_name}: {fit_in_words(fitting)}", *_rows(fitting)]
     if mapping is None and (out is not None or fitting.needed):
         lines.append(_template(where, socket_name, fitting, theirs, out))
     problems += tuple(fitting.problems)
@@ -122,7 +122,7 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
 def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
     """How an FMU fits every socket, with the signals of the one that it fits best."""
     best = max(fittings, key=lambda name: _share(fittings[name]))
-    lines = ["sockets", *_aligned((f"  {name}", _verdict(fitting)) for name, fitting in fittings.items())]
+    lines = ["sockets", *_aligned((f"  {name}", fit_in_words(fitting)) for name, fitting in fittings.items())]
     if _share(fittings[best]):
         lines += ["", *_rows(fittings[best])]
         lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fittings[best].problems else []
@@ -138,7 +138,7 @@ def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, leni
     return ["", "To run it:", *(f"  {command}" for command in commands)]
 
 
-def _opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
+def opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
     """Read an FMU, leniently where it breaks rules; return it with the problems that a strict reader finds.
 
     Raises:
@@ -265,7 +265,8 @@ def _rows(fitting: Fitting) -> list[str]:
     return [*lines, *(f"  note: {r.text}" for r in fitting.noticed if r.signal not in shown_signals)]
 
 
-def _verdict(fitting: Fitting) -> str:
+def fit_in_words(fitting: Fitting) -> str:
+    """Whether an FMU fits a socket, as a phrase."""
     needed = [row for row in fitting.rows if row.needed]
     present = sum(bool(row.theirs) for row in needed)
     if fitting.problems:

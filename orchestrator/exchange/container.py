@@ -64,7 +64,7 @@ def write(scenario: Scenario, path: Path) -> None:
     system, algorithm = scenario.system, scenario.algorithm
     raise_if_any(_problems(system, algorithm))
     names = order(system, algorithm)
-    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, _logged_errors() as errors:
+    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, logged_errors() as errors:
         try:
             container = _container(scenario, Path(folder), names)
             container.make_fmu("made.fmu", step_size=scenario.h, sequential=algorithm is Algorithm.SEQUENTIAL)
@@ -138,11 +138,11 @@ def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> It
 
 
 @contextmanager
-def _logged_errors() -> Generator[list[str]]:
-    """Gather the errors that the toolbox logs, and suppress the rest of its log."""
+def logged_errors(level: int = logging.ERROR) -> Generator[list[str]]:
+    """Gather the errors that the toolbox logs, or all messages from a level on, and suppress the rest of its log."""
     log = logging.getLogger("fmu_manipulation_toolbox")
     errors: list[str] = []
-    handler = logging.Handler(logging.ERROR)
+    handler = logging.Handler(level)
     handler.emit = lambda record: errors.append(record.getMessage())
     before, log.propagate = log.propagate, False
     log.addHandler(handler)

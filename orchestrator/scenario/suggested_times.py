@@ -9,6 +9,8 @@ from typing import Final
 from fmus.unit_interface import SuggestedExperiment
 from orchestrator.system.experiment import STEP, Scenario
 
+_MUCH_LONGER: Final = 10
+"""How many times longer than the preferred step a step is told although the unit takes any."""
 _ROUNDING: Final = 1e-9
 """By how much a ratio of times may miss a whole number."""
 
@@ -61,5 +63,10 @@ def deviations(scenario: Scenario) -> Iterator[str]:
             )
         elif wished.step and not wished.any_step and abs(h - wished.step) > _ROUNDING * h:
             yield f"`{name}` prefers steps of {wished.step:g} s, and is not said to take others; it gets {h:g} s"
+        elif wished.step and h > wished.step * _MUCH_LONGER * (1 - _ROUNDING):
+            yield (
+                f"`{name}` prefers steps of {wished.step:g} s, and gets {h:g} s: its results may be coarse, or grow"
+                " without bound; `macrostep check FILE --passport` tries it"
+            )
         if wished.start and wished.start != scenario.start:
             yield f"the experiment of `{name}` has the start time {wished.start:g} s; this run has {scenario.start:g} s"

@@ -13,7 +13,7 @@ from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.opening import opening
 from orchestrator.system.system import System
 
-Checked: TypeAlias = Callable[[Unit, object], None]
+StatusCheck: TypeAlias = Callable[[Unit, object], None]
 """Raises an error for the status of a unit's call."""
 
 
@@ -59,7 +59,7 @@ class RunningUnits:
         for name, unit in self.by_name.items():
             unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
 
-    def initialise(self, checked: Checked, end: Callable[[EndRequested], None]) -> None:
+    def initialise(self, checked: StatusCheck, end: Callable[[EndRequested], None]) -> None:
         """Lead all units, which are bound, through the initialisation.
 
         Args:

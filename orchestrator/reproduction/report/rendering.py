@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any, Final, cast
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markdown_it import MarkdownIt
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markdown_it.utils import OptionsDict
 from markupsafe import Markup
 
+from orchestrator.pictures.templating import embedded, templates
 from orchestrator.reproduction.paper.verdict import Verdict
 from orchestrator.reproduction.report.metric_names import labelled, metric_tables, metric_title, percentage, written
 
-_TEMPLATES: Final = Environment(
-    loader=FileSystemLoader(Path(__file__).parent / "templates"),
-    autoescape=select_autoescape(("html.jinja",), default=False),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    keep_trailing_newline=True,
-)
+_TEMPLATES: Final = templates(Path(__file__).parent / "templates")
 # jinja2 annotates this dictionary with the types of its own filters only
 cast(dict[str, Any], _TEMPLATES.filters).update(
     labelled=labelled, metric_tables=metric_tables, metric_title=metric_title, percentage=percentage, written=written
@@ -61,6 +54,5 @@ def _embedded(
 ) -> str:
     """An image whose data stands in the page."""
     image = tokens[at]
-    data = base64.b64encode((env["folder"] / str(image.attrs["src"])).read_bytes()).decode("ascii")
-    image.attrs["src"] = f"data:image/png;base64,{data}"
+    image.attrs["src"] = embedded((env["folder"] / str(image.attrs["src"])).read_bytes())
     return renderer.image(tokens, at, options, env)

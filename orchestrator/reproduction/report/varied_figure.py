@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orchestrator.pictures.figure_parts import DPI, WIDTH
+from orchestrator.pictures.tracks import line_styles
 from orchestrator.reproduction.paper.experiments import RunRole
-from orchestrator.reproduction.report.result_figures import line_styles
 from orchestrator.reproduction.varied.varied_set import VariedSet
 
 _PANELS: Final = (

@@ -11,6 +11,7 @@ fmi2Component fmi2Instantiate(fmi2String n, fmi2Type type, fmi2String guid, fmi2
     return m;
 }
 void fmi2FreeInstance(fmi2Component c) { free(c); }
+fmi2Status fmi2Reset(fmi2Component c) { M_; memset(m, 0, sizeof(M)); start(m); return fmi2OK; }
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t, fmi2Boolean sd, fmi2Real s) { M_; m->v[0] = t; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { M_; MODE(m->mode == 0); m->mode = 1; return fmi2OK; }
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) { M_; MODE(m->mode == 1); m->mode = 2; return fmi2OK; }

@@ -11,6 +11,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String n, fmi3String token, fmi3St
     return m;
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
+fmi3Status fmi3Reset(fmi3Instance c) { M_; memset(m, 0, sizeof(M)); start(m); return fmi3OK; }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean d, fmi3Float64 tol, fmi3Float64 t, fmi3Boolean sd, fmi3Float64 s) { M_; MODE(m->mode == 0); m->v[0] = t; m->mode = 1; return fmi3OK; }
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c) { M_; MODE(m->mode == 1); m->mode = 2; return fmi3OK; }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) { M_; MODE(m->mode == 3); m->mode = 2; return fmi3OK; }

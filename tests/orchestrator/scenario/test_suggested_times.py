@@ -75,6 +75,11 @@ def told(h, wished, start=0.0, steps=None):
             "`plant` prefers steps of 0.03 s, and is not said to take others; it gets 0.1 s",
         ),
         (
+            SuggestedExperiment(step=0.01),
+            "`plant` prefers steps of 0.01 s, and gets 0.1 s: its results may be coarse, or grow without bound;"
+            " `macrostep check FILE --passport` tries it",
+        ),
+        (
             SuggestedExperiment(start=5.0),
             "the experiment of `plant` has the start time 5 s; this run has 0 s",
         ),
