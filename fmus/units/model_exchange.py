@@ -98,13 +98,11 @@ class ModelExchangeUnit(FmuUnit):
 
     def _integration_tolerance(self, wanted: float | None) -> float:
         """The relative tolerance of the integrator: what a person wants, else at least as fine as our default."""
-        if wanted is not None:
-            return wanted
         declared = self._archive.suggested.tolerance or 0.0
-        if declared > LOOSEST_TOLERANCE:
-            finer = f"a relative tolerance of {LOOSEST_TOLERANCE:g}, finer than the {declared:g} of its file"
+        if wanted is None and declared > LOOSEST_TOLERANCE:
+            finer = f"{LOOSEST_TOLERANCE:g}, a relative tolerance finer than the {declared:g} of its file"
             self.remarks.append(f"it is integrated with {finer}; --tolerance changes it")
-        return min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE
+        return wanted or (min(declared, LOOSEST_TOLERANCE) if declared > 0 else RELATIVE_TOLERANCE)
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
