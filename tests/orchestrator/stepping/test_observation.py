@@ -19,7 +19,7 @@ from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description2, library, pack, scalar
-from tests.fmus.units.test_model_exchange import ball2, stiff2
+from tests.fmus.model_exchange_models import ball2, stiff2
 from tests.orchestrator.ssps import component, connectors, echo_library, write
 
 U = scalar("u", 0, "input", of_start="4")

@@ -14,7 +14,7 @@ from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description2, library, pack, scalar
-from tests.fmus.units.test_model_exchange import ball2, ball3
+from tests.fmus.model_exchange_models import ball2, ball3
 from tests.orchestrator.ssps import echo_library
 
 WAYS = {
