@@ -40,6 +40,16 @@ class NoRecording(nullcontext):
         return ""
 
 
+@pytest.fixture(autouse=True)
+def made_here(request, monkeypatch):
+    """The FMUs of tests count as builds of ours: a process for each would take most of the time of all tests.
+
+    Tests marked `foreign` see FMUs of other makers as a person does: in processes of their own.
+    """
+    if request.node.get_closest_marker("foreign") is None:
+        monkeypatch.setattr("orchestrator.system.source.is_own_build", lambda *_: True)
+
+
 @pytest.fixture
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""

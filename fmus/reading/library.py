@@ -161,7 +161,7 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
     """
     path = archive.library or _place(archive)
     library, where, code = folder / path, f"{archive.path}, {path}", archive.code
-    if archive.library is None and not library.is_file():
+    if archive.library is None and (path in archive.files or not library.is_file()):  # what is there may be of no use
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
         code = machine_code(library.read_bytes())

@@ -47,7 +47,7 @@ class Options:
     """Whether values of that file hold until the next row; else floating-point numbers are interpolated linearly."""
     isolate: Sequence[str] = ()
     """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""
-    in_process: bool | Sequence[str] = ()
+    in_process: bool | Sequence[str] = False
     """FMUs of other makers that run in this process, by unit; or whether all do that `isolate` does not name."""
 
 

@@ -53,7 +53,7 @@ def narrowed(path, folder, source, *options):
     """The FMU with a library that offers only what is needed."""
     archive = open_fmu(path)
     before = "m_" if archive.version == Version.FMI1 else ""
-    names = {f"{before}{n}" for n in needed_functions(archive.description, archive.version, archive.interface)}
+    names = {f"{before}{n}" for n in needed_functions(archive)}
     (folder / "exports.map").write_text(f"{{ global: {'; '.join(sorted(names))}; local: *; }};")
     script = f"-Wl,--version-script={folder / 'exports.map'}"
     binary = library(folder / "narrow", archive.version, source, *options, script).read_bytes()

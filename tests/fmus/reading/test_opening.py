@@ -491,6 +491,7 @@ def test_an_fmu_that_needs_its_tool_says_so(good, tmp_path, version):
     assert open_fmu(changed(good, tmp_path, version, text)).remarks == ("needs the tool that made it to be installed",)
 
 
+@pytest.mark.foreign
 def test_an_fmu_that_a_process_holds_once_is_not_used_twice(good, tmp_path, version):
     once = 'modelIdentifier="m" canBeInstantiatedOnlyOncePerProcess="true"'
     path = changed(good, tmp_path, version, TEXT[version].replace('modelIdentifier="m"', once))

@@ -52,7 +52,7 @@ class Awkward(Block[PlantInputs, VehicleState, PlantOutputs]):
 def awkward(tmp_path_factory: pytest.TempPathFactory) -> Built:
     requests = [(Awkward, version, {"a": 4.0}) for version in WRITTEN_VERSIONS]
     made = build_all(requests, tmp_path_factory.mktemp("awkward"), SILENT)
-    return {("awkward", version): b.path for version, b in zip(Version, made, strict=True)}
+    return {("awkward", version): b.path for version, b in zip(WRITTEN_VERSIONS, made, strict=True)}
 
 
 @VERSIONS

@@ -10,6 +10,8 @@ from fmus.units.control_block import QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
 from fmus.units.isolated_process import _Host
 
+pytestmark = pytest.mark.foreign  # processes are what these tests are about
+
 
 @pytest.fixture
 def host(built_fmus, tmp_path):

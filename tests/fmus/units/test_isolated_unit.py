@@ -22,6 +22,8 @@ from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack
 from tests.fmus.reading.test_declared_variables import VALUES, echo3, held
 
+pytestmark = pytest.mark.foreign  # processes are what these tests are about
+
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
 

@@ -18,6 +18,8 @@ from fmus.units.isolated_unit import IsolatedUnit
 from fmus.units.unit import UnitError
 from tests.fmus.foreign import description3, library, pack
 
+pytestmark = pytest.mark.foreign  # processes are what these tests are about
+
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
 

@@ -23,6 +23,8 @@ from orchestrator.system.source import Fmu
 from tests.fmus.foreign import description2, description3, library, pack, scalar
 from tests.orchestrator import ssps
 
+pytestmark = pytest.mark.foreign  # processes are what these tests are about
+
 
 @pytest.fixture(scope="module")
 def idle(built_fmus):

@@ -9,6 +9,8 @@ from orchestrator.system.opening import opening
 from orchestrator.system.source import Fmu
 from orchestrator.system.source_description import SourceDescription
 
+pytestmark = pytest.mark.foreign  # processes are what these tests are about
+
 
 @pytest.fixture
 def stationary(built_fmus):

@@ -94,7 +94,6 @@ def test_model_exchange_has_a_passport(version):
         "state.restored": "does not apply",
         "state.serialized": "does not apply",
         "faults.limits": "does not apply",
-        "declared.units": "fails",
     }
 
 
