@@ -271,7 +271,6 @@ class Simulation:
         self._written.note(self.tick + 1, path, value)
         self._bind()
         self._compile()
-        self._running.set_inputs(path.partition(".")[0], self._checked)
 
     def frame(self) -> pd.DataFrame:
         """Give all rows so far as a data frame.

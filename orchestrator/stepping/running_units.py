@@ -78,16 +78,6 @@ class RunningUnits:
             for function in unit.getters():  # events at the start may have changed what is shown
                 checked(unit, function())
 
-    def set_inputs(self, name: str, checked: StatusCheck) -> None:
-        """Give a unit its inputs at once, because one of them has been written since the schedule did so.
-
-        A unit that acts at the next instant is given them there.
-        """
-        if name in self._initialised and name not in self._schedule.early | self._schedule.events:
-            unit = self.by_name[name]
-            for function in (*self._table.gathers(name), *unit.setters()):
-                checked(unit, function())
-
     @property
     def remarks(self) -> list[str]:
         """What a person should know of how the units were run."""

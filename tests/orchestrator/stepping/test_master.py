@@ -193,16 +193,3 @@ def test_blocks_without_state_or_outputs_of_a_type_run():
     assert frame["plant.state.x"].eq(0).all()
     assert not frame["traffic.obstacles.valid[1]"].any()
     assert isinstance(idle.system.units["plant"], InProcess)
-
-
-def test_a_written_input_acts_in_the_step_that_follows_also_where_outputs_follow_inputs(static):
-    with Simulation(static.system, h=0.1, until=1.0) as simulation:
-        simulation.step()
-        assert simulation.read("plant.state.r") == 0.0
-        simulation.write("plant.actuation.delta_f", 0.2)
-        simulation.step()
-        turned = simulation.read("plant.state.r")
-        assert turned > 0.05
-        simulation.write("plant.actuation.delta_f", -0.2)
-        simulation.step()
-        assert simulation.read("plant.state.r") < turned
