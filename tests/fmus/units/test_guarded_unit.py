@@ -14,6 +14,8 @@ from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack
 
+pytestmark = pytest.mark.foreign  # our own FMUs are not guarded
+
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
 

@@ -44,6 +44,7 @@ class Declared:
 
     interface: Interface
     parameters: dict = field(default_factory=dict)
+    has_own_values: bool = False
 
     def single_instance(self):
         return None

@@ -223,6 +223,7 @@ def test_any_tool_can_run_an_fmu(fmu):
     assert fmu.mapping_text() is None
 
 
+@pytest.mark.foreign
 def test_a_process_holds_many_units_of_an_fmu_unless_its_file_says_otherwise(fmu, described):
     assert fmu.single_instance() is None
     text = description2([scalar("y", 1, "output")], ['<Unknown index="1" dependencies=""/>'])
