@@ -61,10 +61,10 @@ def choices(names: Iterable[str]) -> str:
     return ", ".join(listed) if listed else "nothing"
 
 
-def listed(names: Sequence[str], most: int = 3) -> str:
-    """Names in their order as one phrase, of which only the first are spelled out."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+def listed(names: Sequence[str], most: int = 3, rest: str = "more") -> str:
+    """Names in their order as one phrase, of which only the first are spelled out; `rest` is a word for the others."""
+    others = f" and {len(names) - most} {rest}" if len(names) > most else ""
+    return ", ".join(names[:most]) + others
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:

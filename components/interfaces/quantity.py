@@ -65,6 +65,10 @@ DTYPES: Final[dict[Type, type[np.generic]]] = {
 """The type of each value in memory; one column per type holds all signals of a system."""
 
 
+TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
+"""The texts of truth values, in files and on the command line."""
+
+
 def zeros(kind: Type, shape: int | tuple[int, ...]) -> np.ndarray[Any, Any]:
     """A new array for values of a type, filled with zeros, false or empty texts."""
     return np.full(shape, {Type.STRING: "", Type.BINARY: b""}.get(kind, 0), dtype=DTYPES[kind])

@@ -16,11 +16,11 @@ from math import prod
 from typing import Any, Final
 
 from components.interfaces.items import Enumeration, Item
-from components.interfaces.quantity import Quantity, Type
+from components.interfaces.quantity import TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
 from fmus.reading.joined_arrays import joined_arrays, settable_arrays
-from fmus.reading.start_values import BOOLEANS, ReadingError, read_value, shaped, start_texts
+from fmus.reading.start_values import ReadingError, read_value, shaped, start_texts
 from fmus.toolchain.fmi1_description import negated_names
 from fmus.toolchain.fmpy_library import ModelDescription
 from fmus.toolchain.version import Version
@@ -99,7 +99,7 @@ def observed_variables(
 def _relative(root: Any) -> dict[str, bool]:
     """Whether variables that say so themselves are differences, by name; FMPy reads it of types only."""
     said = root.xpath("ModelVariables//*[@relativeQuantity]")
-    return {e.get("name") or e.getparent().get("name"): BOOLEANS[e.get("relativeQuantity")] for e in said}
+    return {e.get("name") or e.getparent().get("name"): TRUTHS[e.get("relativeQuantity")] for e in said}
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
-from components.interfaces.quantity import DTYPES, Quantity, Type
+from components.interfaces.quantity import DTYPES, TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
-
-BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
-"""The texts of Booleans."""
 
 
 class ReadingError(ValueError):
@@ -31,7 +28,7 @@ def read_value(text: str, value_type: Type, name: str, what: str) -> Any:
     """The value of a text; `what` names the attribute of the variable in messages, such as `start value`."""
     try:
         if value_type is Type.BOOLEAN:
-            return BOOLEANS[text.lower()]
+            return TRUTHS[text.lower()]
         if value_type is Type.STRING:
             return text
         if value_type is Type.BINARY:

@@ -8,13 +8,12 @@ from typing import Any, Final
 import numpy as np
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, unit_conversion
-from components.interfaces.quantity import Quantity, Type
+from components.interfaces.quantity import TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
 from orchestrator.ssp.archive import Findings
 from orchestrator.ssp.parameter_values import ParameterValue
 from orchestrator.ssp.transformations import ConversionStep, DeclaredTransformation, EnumerationMapping
 from orchestrator.ssp.types import DeclaredType, EnumerationItems, items_of
-from orchestrator.ssp.xml import TRUTHS
 from orchestrator.system.named_variables import ElementIndex
 
 

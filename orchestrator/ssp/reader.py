@@ -14,7 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, listed, refuse
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
@@ -170,9 +170,7 @@ def _undriven(assembly: Assembly, given: Container[str]) -> Iterator[str]:
     """One remark on the inputs that nothing drives or sets, but for those that are `given`."""
     undriven = [str(one) for one in assembly.undriven if one.path not in given]
     if undriven:
-        more = f" and {len(undriven) - _LISTED_INPUTS} others" if len(undriven) > _LISTED_INPUTS else ""
-        listed = ", ".join(undriven[:_LISTED_INPUTS])
-        yield f"inputs that nothing drives keep their start values: {listed}{more}"
+        yield f"inputs that nothing drives keep their start values: {listed(undriven, _LISTED_INPUTS, 'others')}"
 
 
 def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation
-from components.interfaces.quantity import Quantity, Type
+from components.interfaces.quantity import TRUTHS, Quantity, Type
 from orchestrator.ssp.archive import VALID_VERSIONS, Document
 from orchestrator.ssp.types import DeclaredType, number
 from orchestrator.ssp.vocabulary import SSC, Attribute, Tag
-from orchestrator.ssp.xml import TRUTHS, Node, add, literal, local_name, qualified
+from orchestrator.ssp.xml import Node, add, literal, local_name, qualified
 
 
 @dataclass(frozen=True)

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 from lxml import etree
 
-from components.interfaces.quantity import Quantity, Type
+from components.interfaces.quantity import TRUTHS, Quantity, Type
 from orchestrator.ssp.vocabulary import PREFIXES, SSC, SSD, Attribute, Tag
 
 Node: TypeAlias = Any
 """An element of lxml, whose own type is private."""
-
-TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
-"""The texts of an `xs:boolean`."""
 
 
 def is_true(text: str | None) -> bool:

@@ -13,6 +13,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.problem import listed
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
@@ -110,9 +111,8 @@ class Finiteness:
         allowed = _Allowed(self._system, by_name=True)
         told = [one for one in self._found if not allowed.signal(one.element)]
         if told:
-            listed = ", ".join(f"`{o.element.path}` ({o.value} first at {o.time:g} s)" for o in told[:_LISTED])
-            more = f" and {len(told) - _LISTED} others" if len(told) > _LISTED else ""
-            yield f"values that are not finite: {listed}{more}"
+            texts = [f"`{o.element.path}` ({o.value} first at {o.time:g} s)" for o in told]
+            yield f"values that are not finite: {listed(texts, _LISTED, 'others')}"
 
 
 class _Allowed:

@@ -9,6 +9,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from components.interfaces.problem import listed
 from components.interfaces.record import Variable
 from orchestrator.system.source import UnitSource
 
@@ -104,8 +105,7 @@ def own_values(unit: str, source: UnitSource) -> list[str]:
     ]
     if not (untold and source.has_own_values):
         return []
-    more = f" and {len(untold) - _LISTED} others" if len(untold) > _LISTED else ""
-    return [f"{unit}: no start value in the file, the FMU keeps its own: {', '.join(untold[:_LISTED])}{more}"]
+    return [f"{unit}: no start value in the file, the FMU keeps its own: {listed(untold, _LISTED, 'others')}"]
 
 
 def _one_bracket(name: str) -> str:

@@ -10,9 +10,8 @@ from typing import Any, Final, cast
 import numpy as np
 
 from components.interfaces.conversion import unit_conversion
-from components.interfaces.quantity import Quantity, Type
+from components.interfaces.quantity import TRUTHS, Quantity, Type
 
-_BOOLEANS: Final = {"true": True, "1": True, "false": False, "0": False}
 _WITH_UNIT: Final = re.compile(r"(?P<number>.*\S)\s+\[(?P<unit>[^\[\],]*[^\[\],\s\d][^\[\],]*)\]")
 _QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\.|(?!(?P=quote)).)*)(?P=quote)""")
 
@@ -64,7 +63,7 @@ def _in_each(value: Any, convert: Callable[[Any], Any]) -> Any:
 
 def _truth(value: Any, q: Quantity) -> Any:
     """A truth value for a 0 or 1 that is for a Boolean; any other value as it is."""
-    return _BOOLEANS.get(str(value), value) if q.type is Type.BOOLEAN and type(value) is int else value
+    return TRUTHS.get(str(value), value) if q.type is Type.BOOLEAN and type(value) is int else value
 
 
 def _scalar(text: str, q: Quantity) -> Any:
@@ -92,7 +91,7 @@ def _number(text: str) -> int | float:
 _READERS: Final[Mapping[Type, Callable[[str], Any]]] = {
     Type.FLOAT64: _number,
     Type.FLOAT32: _number,
-    Type.BOOLEAN: lambda text: _BOOLEANS[text.lower()],
+    Type.BOOLEAN: lambda text: TRUTHS[text.lower()],
     Type.BINARY: bytes.fromhex,
 }
 

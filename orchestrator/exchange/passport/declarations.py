@@ -10,15 +10,13 @@ import numpy as np
 
 from components.interfaces.units_of_measurement import base_unit
 from fmus.reading.archive import Archive
-from orchestrator.exchange.passport.passport_line import Line, Topic
+from orchestrator.exchange.passport.passport_line import Line, Topic, named
 
 STARTS: Final = Topic("declared.starts", "Start values are finite and lie within their limits")
 DECLARED_LIMITS: Final = Topic("declared.limits", "Limits and nominal values are in order")
 UNITS: Final = Topic("declared.units", "The units of floating-point inputs, outputs and parameters are known")
 
 _EXCHANGED: Final = ("input", "output", "parameter", "structuralParameter", "calculatedParameter")
-_LISTED: Final = 3
-"""How many of the variables without a unit are named."""
 _FLOATS: Final = ("Real", "Float32", "Float64")
 
 
@@ -33,9 +31,8 @@ def lines(archive: Archive) -> list[Line]:
     floats = [v for v in variables if v.type in _FLOATS and v.causality in _EXCHANGED]
     if not floats:
         return [*found, UNITS.does_not_apply("it exchanges no floating-point values")]
-    without = [f"`{v.name}`" for v in floats if not _unit(v)]
-    more = f" and {len(without) - _LISTED} more" if len(without) > _LISTED else ""
-    missing = f"; without a unit, which FMI allows: {', '.join(without[:_LISTED])}{more}" if without else ""
+    without = [v.name for v in floats if not _unit(v)]
+    missing = f"; without a unit, which FMI allows: {named(without)}" if without else ""
     return [*found, UNITS.judged(list(_odd_units(floats, archive)), f"all of {len(floats)} variables{missing}")]
 
 

@@ -8,6 +8,8 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeAlias
 
+from components.interfaces.problem import listed
+
 
 class Mark(StrEnum):
     """What became of a line."""
@@ -116,6 +118,4 @@ def enumerated(findings: Sequence[str]) -> str:
 
 def named(names: Iterable[str]) -> str:
     """Names of variables as one phrase."""
-    listed = [f"`{name}`" for name in names]
-    more = len(listed) - SHOWN
-    return ", ".join(listed[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+    return listed([f"`{name}`" for name in names], SHOWN)
