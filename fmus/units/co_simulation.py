@@ -89,14 +89,13 @@ class Fmu2Unit(CoSimulationUnit):
 
     def _raise_end(self, end: float) -> None:
         """Raise `EndRequested` if the FMU discarded the step to `end` [s] because its simulation is over."""
-        reached = end
         try:
             if not self._fmu.getBooleanStatus(fmi2Terminated):
                 return
             reached = float(self._fmu.getRealStatus(fmi2LastSuccessfulTime))
         except (FMICallException, AttributeError):  # not every FMU knows; without an answer it is an ordinary failure
             return
-        if end - reached >= 0:
+        if reached <= end:
             raise EndRequested(self.name, reached)
 
 

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
-from components.interfaces.quantity import DTYPES, Quantity, Type
+from components.interfaces.quantity import DTYPES, TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
 from orchestrator.scenario.table_file import TableColumn, TableFile, numbers, shown
 from orchestrator.system.connection import is_part
 from orchestrator.system.input_table import InputColumn, InputTable
 from orchestrator.system.system import System
 
-_BOOLEANS: Final = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+_BOOLEANS: Final = TRUTHS | {"1.0": True, "0.0": False}
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,7 @@ class _Columns:
 
     def _driver(self, element: _Element) -> str | None:
         """The output that is connected to an element."""
-        whole = f"{element.unit}.{element.variable.name}"
-        wires = [c for c in self._system.connections if f"{c.unit}.{c.input}" == whole]
-        wire = next((c for c in wires if c.input_element is None or c.input_element.at == element.at), None)
+        wire = self._system.driver(element.unit, element.variable.name, element.at)
         return None if wire is None else wire.origin
 
     def _unknown(self, name: str) -> Problem:

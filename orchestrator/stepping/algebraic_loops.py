@@ -133,7 +133,7 @@ class AlgebraicLoop:
             column[where] = z[at : at + n]
             at += n
         for name in self._group:
-            for function in (*self._table.gathers(name), *self._units[name].setters()):
+            for function in self._table.giving(self._units[name]):
                 _checked(self._units[name], function())
         if t is not None:
             for unit in self._stepped:

@@ -76,16 +76,16 @@ def _first_pass(
         unit = units[name]
         waiting = {c.input for c in system.connections if c.unit == name and c.source not in read}
         if waiting:
-            unit.bind(table.inputs(name), table.outputs(name), waiting | table.unset(name))
+            table.bind(unit, waiting)
         _pass_on(unit, table, checked)
         if waiting:
-            unit.bind(table.inputs(name), table.outputs(name), table.unset(name))
+            table.bind(unit)
         read.add(name)
 
 
 def _pass_on(unit: Unit, table: SignalTable, checked: Callable[[Unit, object], None]) -> None:
     """Set the inputs of a unit, and read its outputs."""
-    for function in (*table.gathers(unit.name), *unit.setters(), *unit.getters()):
+    for function in (*table.giving(unit), *unit.getters()):
         checked(unit, function())
 
 

@@ -85,7 +85,7 @@ class CompiledSchedule:
             if name in self._forwards:
                 yield self._forwards[name], False, name
         elif act is Act.SET:
-            for function in (*self._table.gathers(name), *unit.setters()):
+            for function in self._table.giving(unit):
                 yield function, False, name
         else:
             for function in unit.getters():

@@ -56,8 +56,8 @@ class RunningUnits:
 
     def bind(self) -> None:
         """Bind all units to the table, as it is."""
-        for name, unit in self.by_name.items():
-            unit.bind(self._table.inputs(name), self._table.outputs(name), self._table.unset(name))
+        for unit in self.by_name.values():
+            self._table.bind(unit)
 
     def initialise(self, checked: StatusCheck, end: Callable[[EndRequested], None]) -> None:
         """Lead all units, which are bound, through the initialisation.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.quantity import Type, zeros
-from fmus.units.unit import Column, Operation, TypedColumns, positions, widths
+from components.interfaces.record import Variable
+from fmus.units.unit import Column, Operation, TypedColumns, Unit, positions, widths
 from orchestrator.system.system import Connection, System
 
 
@@ -47,12 +49,17 @@ class SignalTable:
     def __init__(self, system: System) -> None:
         self.system = system
         self._first: dict[str, dict[Type, int]] = {}
-        self._held_first: dict[str, dict[Type, int]] = {}
+        self._slots: dict[tuple[str, str], dict[str, tuple[Type, slice]]] = {}
+        """By unit and role, where each variable is."""
         length = dict.fromkeys(Type, 0)
-        for role, first in (("recorded", self._first), ("inputs", self._held_first)):
+        for role in ("recorded", "inputs"):
             for name, source in system.units.items():
-                width = widths(getattr(source.interface, role))
-                first[name] = {kind: length[kind] for kind in width}
+                variables = getattr(source.interface, role)
+                width = widths(variables)
+                first = {kind: length[kind] for kind in width}
+                if role == "recorded":
+                    self._first[name] = first
+                self._slots[name, role] = _slots(variables, first)
                 for kind, n in width.items():
                     length[kind] += n
             if role == "recorded":
@@ -77,10 +84,7 @@ class SignalTable:
         Returns:
             Its type, and its elements in the column of that type.
         """
-        first = self._first if role == "recorded" else self._held_first
-        kind, at = positions(getattr(self.system.units[unit].interface, role))[name]
-        start = first[unit][kind] + at
-        return kind, slice(start, start + self.system.variable(f"{unit}.{name}", role=role).size)
+        return self._slots[unit, role][name]
 
     def _source(self, wire: Connection) -> tuple[Type, slice]:
         """Type and place of what drives an input, or an element of it."""
@@ -109,7 +113,20 @@ class SignalTable:
         gathers += [_convert(c.values, c.conversion, inputs[c.type][c.slots]) for c in conversions]
         return inputs
 
-    def unset(self, unit: str) -> set[str]:
+    def bind(self, unit: Unit, waiting: Collection[str] = ()) -> None:
+        """Bind a unit to its columns; its setters leave alone what nobody has a value for, and what is `waiting`."""
+        name = unit.name
+        unit.bind(self.inputs(name), self.outputs(name), self._unset(name).union(waiting))
+
+    def giving(self, unit: Unit) -> list[Operation]:
+        """The calls that give a unit, which is bound, all its inputs."""
+        return [*self.gathers(unit.name), *unit.setters()]
+
+    def gathers(self, unit: str) -> list[Operation]:
+        """The copies that bring scattered inputs of a unit together; valid until `inputs` is called again."""
+        return self._gathers[unit]
+
+    def _unset(self, unit: str) -> set[str]:
         """The inputs of a unit that nobody has a value for."""
         paths = {path.partition(".")[::2] for path in self.system.unset} - self._held
         return {name for owner, name in paths if owner == unit}
@@ -139,10 +156,6 @@ class SignalTable:
                 else:
                     conversions.append(_Conversion(kind, mine, self.columns[source][there], wire.conversion))
         return indices, conversions
-
-    def gathers(self, unit: str) -> list[Operation]:
-        """The copies that bring scattered inputs of a unit together; valid until `inputs` is called again."""
-        return self._gathers[unit]
 
     def read(self, path: str) -> Any:
         """The present value of what a unit shows, by its full path: a number, a text, or an array of its shape."""
@@ -176,16 +189,23 @@ class SignalTable:
         """Every element of every variable that a unit shows, in the order of the units."""
         elements: list[RecordedElement] = []
         for unit, source in self.system.units.items():
-            shown = source.interface.recorded
-            places = positions(shown)
-            for variable in shown:
-                kind, at = places[variable.name]
-                start = self._first[unit][kind] + at
+            for variable in source.interface.recorded:
+                kind, slots = self.slots(unit, variable.name, "recorded")
                 elements += [
-                    RecordedElement(unit, f"{unit}.{element}", kind, start + i)
+                    RecordedElement(unit, f"{unit}.{element}", kind, slots.start + i)
                     for i, element in enumerate(variable.elements)
                 ]
         return elements
+
+
+def _slots(variables: Sequence[Variable], first: Mapping[Type, int]) -> dict[str, tuple[Type, slice]]:
+    """Where each variable is, when those of a type begin at its `first` element."""
+    places = positions(variables)
+    return {
+        v.name: (kind, slice(first[kind] + at, first[kind] + at + v.size))
+        for v in variables
+        for kind, at in [places[v.name]]
+    }
 
 
 def _moved(at: int, start: int, size: int) -> slice:

@@ -81,8 +81,7 @@ class WrittenInputs:
     def _driven(self, variable: Variable, path: str, i: int, columns: Mapping[str, Any], rows: int) -> Any:
         """What drives the element `i` of an input in each row; None where that was not recorded."""
         unit, _, name = path.partition(".")
-        wires = [c for c in self._system.connections if (c.unit, c.input) == (unit, name)]
-        wire = next((c for c in wires if c.input_element is None or c.input_element.at == i), None)
+        wire = self._system.driver(unit, name, i)
         if wire is None:
             held = self._system.held.get(path)
             if held is None:  # the unit keeps a value that nobody knows

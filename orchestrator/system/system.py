@@ -78,6 +78,11 @@ class System:
             c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection)
         )
 
+    def driver(self, unit: str, name: str, element: int) -> Connection | None:
+        """The connection to an element of an input, by its index from 0; `None` where nothing drives it."""
+        wires = (c for c in self.connections if (c.unit, c.input) == (unit, name))
+        return next((c for c in wires if c.input_element is None or c.input_element.at == element), None)
+
     def held_by(self, unit: str) -> dict[str, Any]:
         """The values at which inputs of a unit are held, by the name of the input."""
         return {path.partition(".")[2]: v for path, v in self.held.items() if path.partition(".")[0] == unit}
