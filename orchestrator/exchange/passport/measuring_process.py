@@ -7,7 +7,6 @@ start a new process for each measurement.
 from __future__ import annotations
 
 import os
-import pickle
 import tempfile
 from dataclasses import replace
 from functools import cache
@@ -32,8 +31,8 @@ def main() -> None:
     parent.answer(Answer())  # it has started
     while True:
         try:
-            order: Order = pickle.load(parent.requests)  # noqa: S301 - from our own process
-        except (EOFError, pickle.UnpicklingError):
+            order: Order = parent.request()
+        except EOFError:
             return
         _read(order.path, lenient=order.lenient)
         if not hasattr(os, "fork") or (copy := os.fork()) == 0:
