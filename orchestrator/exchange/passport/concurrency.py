@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -74,7 +75,8 @@ def _both(archive: Archive, given: Course, other: Course) -> Rows:
         try:
             with Running(archive, mine.h, name=name) as running:
                 together.wait()
-                found[name] = followed(running, mine)
+                # without a pause the thread that runs keeps the interpreter, on a busy machine to its end
+                found[name] = followed(running, mine, pause=partial(time.sleep, 0))
         except Exception as error:  # noqa: BLE001 - passed on to the thread that waits
             together.abort()
             faults.append(error)

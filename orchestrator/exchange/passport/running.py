@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Self, TypeAlias
 
@@ -134,7 +134,9 @@ class Running:
             raise UnitError(self.unit.name, at, self.unit.messages)
 
 
-def followed(running: Running, course: Course, first: int = 0, last: int | None = None) -> Rows:
+def followed(
+    running: Running, course: Course, first: int = 0, last: int | None = None, pause: Callable[[], object] | None = None
+) -> Rows:
     """Step a unit along a course.
 
     Args:
@@ -142,6 +144,7 @@ def followed(running: Running, course: Course, first: int = 0, last: int | None 
         course: What it is given.
         first: The first step.
         last: The step before which this ends; all if not given.
+        pause: Called after each step, if given.
 
     Returns:
         The outputs after each step, and at the start where `first` is 0; fewer where the FMU asks for the end.
@@ -154,6 +157,8 @@ def followed(running: Running, course: Course, first: int = 0, last: int | None 
         except EndRequested:
             break
         rows.append(copied(running.outputs))
+        if pause is not None:
+            pause()
     return {
         kind: np.array([row[kind] for row in rows], dtype=column.dtype).reshape(len(rows), column.size)
         for kind, column in running.outputs.items()
