@@ -84,12 +84,11 @@ def _ssp(path: Path) -> Checked:
     lines += ["", "connections", *(f"  {wire}" for wire in system.connections)]
     lines += [f"  {path} = {value}" for path, value in system.held.items()]
     lines += [f"note: {remark}" for remark in scenario.remarks]
-    lines += ["", "To run it:", f"  macrostep run {path}"]
     try:
         schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
         return Checked(tuple(lines), good=False, problems=error.problems)
-    return Checked(tuple(lines), good=True)
+    return Checked((*lines, *_to_run([f"macrostep run {path}"])), good=True)
 
 
 def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None, *, static: bool) -> Checked:
@@ -116,6 +115,7 @@ def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path 
     if mapping is None and (out is not None or fitting.needed):
         lines.append(_template(where, socket_name, fitting, theirs, out))
     problems += tuple(fitting.problems)
+    lines += [] if problems else _to_run([f"macrostep run static --{socket_name} {path}"])
     return Checked(tuple(lines), good=not problems, problems=problems)
 
 
@@ -135,6 +135,11 @@ def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, leni
     leniently = " --lenient" if lenient else ""
     fitting = [name for name, found in fittings.items() if not found.problems]
     commands = [f"macrostep run {path}{stop}{leniently}", *(f"macrostep run static --{n} {path}" for n in fitting)]
+    return _to_run(commands)
+
+
+def _to_run(commands: Sequence[str]) -> list[str]:
+    """What to type next."""
     return ["", "To run it:", *(f"  {command}" for command in commands)]
 
 

@@ -263,3 +263,16 @@ def test_local_variables_are_listed_up_to_a_bound(in_tmp_path, macrostep):
     assert ["x98", "local", "Float64", "m"] in rows
     assert ["x99", "local", "Float64", "m"] not in rows
     assert "\n  and 6 more, which --record takes as well\n" in out
+
+
+def test_a_file_that_fits_its_socket_is_run_there_and_a_system_that_cannot_run_is_not(
+    built_fmus, in_tmp_path, macrostep
+):
+    plant = built_fmus / "fmi3" / "bicycle.fmu"
+    _, out, _ = macrostep("check", plant, "--socket", "plant")
+    assert out.endswith(f"To run it:\n  macrostep run static --plant {plant}\n")
+    _, out, _ = macrostep("check", plant, "--socket", "traffic")
+    assert "To run it" not in out
+    ssp.write(prepare("static", Options(mode="blocks")), in_tmp_path / "system.ssp")
+    _, out, _ = macrostep("check", "system.ssp")
+    assert out.endswith("To run it:\n  macrostep run system.ssp\n")
