@@ -42,6 +42,8 @@ def whole_steps(start: float, h: float, until: float) -> tuple[float, tuple[str,
         h: The macro step [s].
         until: The stop time that the file says [s].
     """
+    if until < start:  # what is wrong with it is told where the run is prepared
+        return until, ()
     ticks = int((until - start) / h + _ROUNDING * max(1.0, abs(until / h)))
     last = start + ticks * h
     if abs(last - until) <= _ROUNDING * max(1.0, abs(until)):

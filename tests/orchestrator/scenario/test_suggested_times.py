@@ -44,6 +44,10 @@ def test_a_run_never_goes_beyond_the_stop_time_of_its_file(start, h, ticks, part
     assert bool(remarks) == (last != until)
 
 
+def test_a_stop_time_before_the_start_stays_as_the_file_has_it():
+    assert whole_steps(5.0, 0.5, 3.0) == (3.0, ())
+
+
 def test_the_last_whole_step_is_told():
     assert whole_steps(0.0, 0.3, 1.0)[1] == (
         "the run ends at 0.9 s, the last whole step of 0.3 s before the file's stop time, 1 s",
