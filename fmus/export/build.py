@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from fmus.export.compilation import Compilation
 from fmus.export.fingerprint import Stamp, stamp
 from fmus.toolchain.archives import writable_folder
 from fmus.toolchain.compiler import BuildError, Compiler, find_compiler, required_compiler
+from fmus.toolchain.scratch import scratch_folder
 from fmus.toolchain.version import Version
 
 __all__ = ["BuildError", "Built", "build", "build_all"]
@@ -147,7 +147,7 @@ def _build(jobs: Sequence[_Job], compiler: Compiler, progress: Progress) -> None
     for job in sorted(jobs, key=lambda job: not job.block.staged):  # the long compilations first
         alike.setdefault((job.block, job.start.tobytes()), []).append(job)
     pool = ThreadPoolExecutor(os.cpu_count())
-    with TemporaryDirectory(prefix="macrostep_") as temporary:
+    with scratch_folder("build") as temporary:
         try:
             compilation = Compilation(Path(temporary), compiler, pool, {job.version for job in jobs})
             blocks = [(compilation.compile_block(group[0].block, group[0].start), group) for group in alike.values()]

@@ -10,7 +10,6 @@ import posixpath
 from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from components.interfaces.problem import RequestError, listed, refuse
@@ -22,6 +21,7 @@ from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
 from fmus.toolchain.fmpy_library import freeLibrary
 from fmus.toolchain.function_library import function_prefix
 from fmus.toolchain.platform_names import binary_path, in_words, platform_tuple
+from fmus.toolchain.scratch import scratch_folder
 from fmus.toolchain.system_libraries import not_loaded
 from fmus.toolchain.version import Version
 
@@ -198,7 +198,7 @@ def compile_beforehand(archive: Archive) -> None:
     """
     if archive.library is not None:
         return
-    with TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True) as temporary:
+    with scratch_folder("library") as temporary:
         folder = Path(temporary).resolve()
         unpack(archive.path, folder, str(archive.path), VALID_FMU)
         library = folder / _place(archive)

@@ -23,6 +23,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, Any, Final
 
+from fmus.toolchain.scratch import SCRATCH, scratch_root
 from fmus.toolchain.sealed_messages import ReadPipe, Seal, SealedMessages, SelectedPipe
 
 _DIES_WITHIN: Final = 5.0
@@ -104,7 +105,7 @@ class ChildProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
-            env={**os.environ, **(environment or {}), _SEAL: seal.secret.hex()},
+            env={**os.environ, SCRATCH: str(scratch_root()), **(environment or {}), _SEAL: seal.secret.hex()},
             start_new_session=True,
         )
         self.requests = _there(self._process.stdin)

@@ -11,12 +11,12 @@ from __future__ import annotations
 import ctypes
 import itertools
 import shutil
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from fmus.toolchain.fmpy_library import FMI2_LOGGING_LIBRARY, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmus.toolchain.scratch import scratch_folder
 
 _receivers: dict[int, tuple[str, Callable[[int, bytes], None]]] = {}
 _keys = itertools.count(1)
@@ -56,7 +56,7 @@ def formatting_logger() -> Any:
 
 def _own_library() -> ctypes.CDLL | None:
     """A private copy of FMPy's library that formats messages; not every platform has one."""
-    with tempfile.TemporaryDirectory(prefix="fmi2_logger_", ignore_cleanup_errors=True) as folder:
+    with scratch_folder("logger") as folder:
         try:
             library = ctypes.CDLL(shutil.copy(FMI2_LOGGING_LIBRARY, folder))
         except OSError:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,6 +26,7 @@ from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
 from fmus.toolchain.fmpy_library import FMICallException
+from fmus.toolchain.scratch import scratch_folder
 from fmus.units.capabilities import StateCapability
 from fmus.units.fmi_api import FmiApi
 from fmus.units.unit import DEFAULT_SETUP, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, carry_out, views
@@ -75,8 +75,7 @@ class FmuUnit(Unit):
 
     def _unpacked(self) -> Path:
         """The folder with the files of the FMU, for this unit alone."""
-        temporary = TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
-        folder = Path(self._resources.enter_context(temporary)).resolve()
+        folder = Path(self._resources.enter_context(scratch_folder("fmu")))
         unpack(self._archive.path, folder, str(self._archive.path), VALID_FMU)
         return folder
 

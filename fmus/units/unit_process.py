@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -12,6 +11,7 @@ from typing import Final
 from fmus.reading.archive import Archive
 from fmus.reading.library import compile_beforehand
 from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death, death_in_words
+from fmus.toolchain.scratch import SCRATCH, scratch_folder
 from fmus.toolchain.shared_counter import counters_work
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
@@ -50,13 +50,13 @@ class UnitProcess:
     """A process for one FMU, which is started at once; `close` has to be called at the end."""
 
     def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True)
+        self._folder = scratch_folder("unit")
         folder = Path(self._folder.name).absolute()
         self.columns = folder / "columns"
         """The file of the columns."""
         self._control = folder / "control" if counters_work() else None
         self._block = None if self._control is None else ControlBlock(self._control)
-        self._child = ChildProcess("fmus.units.isolated_process", {"TMPDIR": str(folder)})  # it unpacks its files there
+        self._child = ChildProcess("fmus.units.isolated_process", dict.fromkeys(("TMPDIR", SCRATCH), str(folder)))
         self._unit, self._said = "", MessageLog()
         self._awaited = self._started = self._closed = False
 

@@ -16,7 +16,6 @@ import hashlib
 import logging
 import re
 import shutil
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Generator, Iterator, Mapping
@@ -38,6 +37,7 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.toolchain.archives import write_archive
+from fmus.toolchain.scratch import scratch_folder
 from fmus.toolchain.version import Version
 from orchestrator.exchange.container_texts import configure, describe_texts, start_texts, text_problems
 from orchestrator.ssp.element_names import connected_names, element_names, is_fmi2
@@ -64,7 +64,7 @@ def write(scenario: Scenario, path: Path) -> None:
     system, algorithm = scenario.system, scenario.algorithm
     raise_if_any(_problems(system, algorithm))
     names = order(system, algorithm)
-    with tempfile.TemporaryDirectory(prefix="macrostep_container_") as folder, logged_errors() as errors:
+    with scratch_folder("container") as folder, logged_errors() as errors:
         try:
             container = _container(scenario, Path(folder), names)
             container.make_fmu("made.fmu", step_size=scenario.h, sequential=algorithm is Algorithm.SEQUENTIAL)

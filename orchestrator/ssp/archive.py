@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import atexit
-import shutil
-import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
 from components.interfaces.problem import Problem, RequestError, did_you_mean
 from fmus.reading.unpack import parse_xml, unpack
+from fmus.toolchain.scratch import scratch_folder
 from orchestrator.ssp.rules import breaches, document_kind
 from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, Attribute, SspVersion, Tag
 from orchestrator.ssp.xml import Node
@@ -113,14 +112,13 @@ class Document:
         return self.package.findings
 
 
-_folders: list[Path] = []
+_folders: list[TemporaryDirectory[str]] = []
 
 
-@atexit.register
 def remove_packages() -> None:
     """Remove all unpacked archives; a process that ends without running its exit handlers calls this itself."""
     while _folders:
-        shutil.rmtree(_folders.pop(), ignore_errors=True)
+        _folders.pop().cleanup()
 
 
 def open_package(path: Path, where: str, findings: Findings) -> Package:
@@ -134,8 +132,8 @@ def open_package(path: Path, where: str, findings: Findings) -> Package:
     Raises:
         RequestError: The file is not a zip archive, or an entry would leave the folder.
     """
-    folder = Path(tempfile.mkdtemp(prefix="macrostep_ssp_")).resolve()
-    _folders.append(folder)
+    _folders.append(scratch_folder("ssp"))
+    folder = Path(_folders[-1].name)
     findings.remarks += unpack(path, folder, where, VALID_SSP)
     return Package(folder, where, findings)
 

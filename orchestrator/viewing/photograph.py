@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import os
 import subprocess
-import tempfile
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import refuse
+from fmus.toolchain.scratch import scratch_folder
 from orchestrator.viewing.rerun_program import address, free_port, serve
 
 PICTURE: Final = "a file .png in a folder that exists"
@@ -85,7 +85,7 @@ def headless_viewer() -> Generator[str]:
         The URL at which it listens.
     """
     port = free_port(0)
-    with tempfile.TemporaryDirectory(prefix="macrostep_viewer_", ignore_cleanup_errors=True) as scratch:
+    with scratch_folder("viewer") as scratch:
         # The viewer does not remove its temporary files when it is terminated; they stay in a folder of their own.
         how = ["--headless", "--hide-welcome-screen"]
         process = serve(port, how, environment={**os.environ, "TMPDIR": scratch})

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
+from fmus.toolchain.scratch import scratch_folder
 from orchestrator.results import run_folder
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.viewing import repair
@@ -55,7 +55,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     raise_if_any(problems)
     if not web and picture is None and not has_display():
         raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
-    with tempfile.TemporaryDirectory(prefix="macrostep_show_") as scratch:
+    with scratch_folder("show") as scratch:
         path = recording(runs, differences, Path(scratch), tell)
         if picture is None:
             open_viewer(path, tell, web=web)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import IO, Concatenate, Final, ParamSpec, Self, TypeVar
 
 from fmus.reading.archive import Archive
 from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death, death_in_words
+from fmus.toolchain.scratch import scratch_folder
 from orchestrator.exchange.passport.workplace import Answer, Order, Workplace
 
 P = ParamSpec("P")
@@ -56,7 +56,7 @@ class Bench:
         self._child: ChildProcess | None = None
 
     def __enter__(self) -> Self:
-        self._folder = Path(self._resources.enter_context(tempfile.TemporaryDirectory(prefix="macrostep_")))
+        self._folder = Path(self._resources.enter_context(scratch_folder("bench")))
         self._nothing: IO[bytes] = self._resources.enter_context(Path(os.devnull).open("wb"))
         return self
 

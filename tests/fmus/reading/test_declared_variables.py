@@ -21,6 +21,7 @@ from orchestrator.system.experiment import Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import description2, description3, library, pack, scalar
+from tests.left_behind import left_in
 
 VALUES = {
     "Float64": -1.5,
@@ -283,7 +284,7 @@ def test_resources_are_found_also_where_paths_have_spaces(tmp_path, monkeypatch,
     path = pack(place / "with resources.fmu", Version(version), text, binary, resources__number_txt="12.5")
     rows = simulate(System({"m": Fmu(path)}, {}), h=0.1, until=0.1)
     assert rows["m.y"].iloc[-1] == 12.5
-    assert list(place.iterdir()) == [path]
+    assert left_in(place) == [path]
 
 
 @pytest.mark.parametrize("version", ["3.0", "3.0.1", "3.0-beta.1"])

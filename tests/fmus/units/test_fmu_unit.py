@@ -5,8 +5,6 @@ Libraries that cannot be loaded or instantiated are refused in `reading/test_ope
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from fmus.reading.opening import open_fmu
@@ -14,6 +12,7 @@ from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
 from fmus.units.unit import UnitError
 from tests.fmus.foreign import description3, library, pack
+from tests.left_behind import left_in
 
 Y = ['<Float64 name="y" valueReference="101" causality="output"/>']
 OUTPUT = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
@@ -60,6 +59,6 @@ def test_a_state_that_cannot_be_restored_is_an_error_of_the_unit(built_fmus, ver
 def test_what_was_unpacked_goes_when_the_unit_is_closed(built_fmus, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     unit = fmu_unit("plant", open_fmu(built_fmus / "fmi3" / "bicycle.fmu"))
-    assert list(Path(tmp_path).iterdir())
+    assert left_in(tmp_path)
     unit.close()
-    assert list(Path(tmp_path).iterdir()) == []
+    assert left_in(tmp_path) == []

@@ -29,6 +29,7 @@ from orchestrator.results import run_folder as kept
 from orchestrator.viewing import viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
 from orchestrator.viewing.rerun_program import answers, executable
+from tests.left_behind import left_in
 from tests.orchestrator.chromium import PROGRAM, Chromium
 
 SCREEN = {
@@ -227,8 +228,8 @@ def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, 
         deadline = time.monotonic() + 30
         while time.monotonic() < deadline and not answers(url):
             time.sleep(0.1)
-        assert list(tmp_path.iterdir())
-    assert list(tmp_path.iterdir()) == []
+        assert left_in(tmp_path)
+    assert left_in(tmp_path) == []
 
 
 @pytest.mark.viewer
