@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import logging
-import signal
-import threading
 import traceback
 import warnings
-from collections.abc import Callable, Generator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+from components.interfaces.interruption import without_interrupts
 from components.interfaces.progress import Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
@@ -43,6 +42,16 @@ class Finished:
     """Problems of the recording and of the live stream, which do not end a run."""
 
 
+class Outliving(Protocol):
+    """Leads to a process that outlives this one, and completes the run folder where this one cannot."""
+
+    def began(self, folder: Path) -> None:
+        """Tell it the run folder, as soon as it is there."""
+
+    def ends(self) -> None:
+        """Tell it that the last step is done, and that the folder is being completed."""
+
+
 @dataclass(frozen=True)
 class Execution:
     """How a run is executed: its recorder, its live stream, its pace, and whether figures are drawn."""
@@ -54,6 +63,8 @@ class Execution:
     realtime: float | None = None
     """Simulated seconds per second of wall time; without it the run goes as fast as it can."""
     figures: bool = True
+    link: Outliving | None = None
+    """Leads to a process that outlives this one, if there is any."""
 
     @property
     def recorders(self) -> list[Recorder]:
@@ -86,6 +97,8 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
             fault = _attempt(lambda: running.enter_context(simulation))
             named = new_folder(scenario.name, out)
             folder = here / named
+            if execution.link is not None:
+                execution.link.began(folder)
             write_system(scenario, folder)
             request = RecordingRequest(
                 folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
@@ -97,7 +110,9 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
             except KeyboardInterrupt as interrupt:  # Ctrl-C before the first step
                 ended = fault or interrupt
             # Closing the units may take several seconds, and Ctrl-C must not interrupt that either.
-            undisturbed.enter_context(_without_interrupts())
+            undisturbed.enter_context(without_interrupts())
+            if execution.link is not None:
+                execution.link.ends()
         for recorder in execution.recorders:
             recorder.end(request.about | summary.ending(ended))
         columns = simulation.columns()
@@ -139,19 +154,6 @@ def _begin(execution: Execution, request: RecordingRequest, simulation: Simulati
             import_module("orchestrator.pictures.figures")  # this takes as long as the recorders need to get ready
     for recorder in execution.recorders:
         recorder.wait_until_open()
-
-
-@contextmanager
-def _without_interrupts() -> Generator[None]:
-    """Ignore Ctrl-C, so that the run folder is completed; this takes a few seconds at most."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:

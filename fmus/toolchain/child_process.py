@@ -193,8 +193,8 @@ class ParentProcess:
     """The other end of a `ChildProcess`, in the child: a stream of requests, and one for answers."""
 
     def __init__(self) -> None:
-        self.requests: IO[bytes] = os.fdopen(_moved(0), "rb")
-        self._answers = os.fdopen(_moved(1), "wb")
+        self.requests: IO[bytes] = os.fdopen(moved(0), "rb")
+        self._answers = os.fdopen(moved(1), "wb")
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
         os.close(nothing)
@@ -220,14 +220,20 @@ class ParentProcess:
 
     def end_with_parent(self) -> None:
         """End this process as soon as the parent has ended or has closed the requests, whatever goes on here."""
-        if _SELECTS:
-            threading.Thread(target=self._await_parent, daemon=True).start()
+        end_when_closed(self.requests.fileno())
 
-    def _await_parent(self) -> None:
+
+def end_when_closed(descriptor: int) -> None:
+    """End this process as soon as the other end of a pipe is closed, which its process does by its own end."""
+
+    def wait() -> None:
         poll = select.poll()
-        poll.register(self.requests, 0)  # only that the other end has been closed
+        poll.register(descriptor, 0)  # only that the other end has been closed
         poll.poll()
         os._exit(1)
+
+    if _SELECTS:
+        threading.Thread(target=wait, daemon=True).start()
 
 
 def _block(stream: IO[bytes]) -> None:
@@ -236,7 +242,7 @@ def _block(stream: IO[bytes]) -> None:
         os.set_blocking(stream.fileno(), True)
 
 
-def _moved(descriptor: int) -> int:
+def moved(descriptor: int) -> int:
     """The same file at a descriptor that nobody can guess."""
     lowest, number = _DESCRIPTORS
     try:

@@ -53,7 +53,7 @@ def check(  # noqa: PLR0913 - each is an option of the command
         progress.now(f"reading {file}")
         result = checking.check(file, socket, target, static=static)
     for line in result.lines:
-        out.print(line, markup=False)
+        out.print(line)
     print_problems(result.problems)
     if not result.good:
         raise typer.Exit(FAULT)
@@ -89,9 +89,9 @@ def _passport(file: Path, folder: Path | None, against: Path | None, others: Map
             print_message(f"{line.title} ({line.key}): {line.evidence}")
     if comparison is not None:
         for line in comparison.lines:
-            out.print(f"{line.change}: {line.title} ({line.key}): {line.before}, now {line.after}", markup=False)
+            out.print(f"{line.change}: {line.title} ({line.key}): {line.before}, now {line.after}")
     passed, failed, other = (made.count(mark) for mark in Mark)
-    out.print(f"{made.identity['file']}: {passed} pass, {failed} fail, {other} do not apply", markup=False)
-    out.print(f"written: {' and '.join(map(str, files))}", markup=False)
+    out.print(f"{made.identity['file']}: {passed} pass, {failed} fail, {other} do not apply")
+    out.print(f"written: {' and '.join(map(str, files))}")
     if not (made.good if comparison is None else comparison.good):
         raise typer.Exit(FAULT)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from rich.console import Console
+from rich.text import Text
+from typing_extensions import override
 
 if TYPE_CHECKING:  # the start of the command does not wait for them
     from rich.status import Status
@@ -21,9 +23,34 @@ WRONG: Final = 2
 INTERRUPTED: Final = 130
 """Exit code: Ctrl-C."""
 
-# Emoji codes are off: a pattern such as `plant.*:x:` is printed as it was typed.
-out = Console(soft_wrap=True, highlight=False, emoji=False)
-err = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
+_LONGEST: Final = 10_000
+"""[characters] What is longer is left out in the middle: a file may hold a name of any length."""
+
+
+class _PlainConsole(Console):
+    """A terminal on which texts stand as they are: they come from files, from FMUs, and from what a person typed.
+
+    Nothing in them is markup or an emoji code, and characters that a terminal would obey are shown by their codes.
+    """
+
+    def __init__(self, *, stderr: bool) -> None:
+        super().__init__(stderr=stderr, soft_wrap=True, highlight=False, emoji=False, markup=False)
+
+    @override
+    def render_str(self, text: str, **how: Any) -> Text:
+        return super().render_str(visible(text), **how)
+
+
+def visible(text: str) -> str:
+    """A text in which no character can command a terminal, or change the direction of others; of bounded length."""
+    if len(text) > _LONGEST:
+        half = _LONGEST // 2
+        text = f"{text[:half]} ... ({len(text) - 2 * half} characters) ... {text[-half:]}"
+    return "".join(c if c in "\n\t\xa0" or c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+out = _PlainConsole(stderr=False)
+err = _PlainConsole(stderr=True)
 
 
 @final
@@ -35,11 +62,11 @@ class StatusLine:
 
     def now(self, text: str) -> None:
         """Show in the status line what is going on."""
-        self._status.update(text)
+        self._status.update(Text(visible(text)))
 
     def done(self, text: str) -> None:
         """Print a result on a line of its own."""
-        self._status.update(text)
+        self.now(text)
         err.print(text)
 
 
@@ -52,7 +79,7 @@ def working() -> Generator[Progress]:
 
 def print_message(text: str) -> None:
     """Print a message on standard error, exactly as it stands."""
-    err.print(text, markup=False)
+    err.print(text)
 
 
 def print_notes(remarks: Iterable[str]) -> None:

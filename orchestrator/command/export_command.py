@@ -36,4 +36,4 @@ def export(
         written = write(scenario, replace(options, mode=mode), Targets(ssp, container), progress)
     print_notes(written.remarks)
     for line in written.lines:
-        out.print(line, markup=False)
+        out.print(line)

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from components.interfaces.interruption import interruptible
+from orchestrator.command import supervisor
 from orchestrator.command.build_command import build
 from orchestrator.command.check_command import check
+from orchestrator.command.companions import Companions
 from orchestrator.command.console import FAULT, WRONG, err, out, print_problems
 from orchestrator.command.export_command import EXPORT_OPTIONS, export
 from orchestrator.command.list_command import list_
@@ -18,6 +21,7 @@ from orchestrator.command.reproduce_command import reproduce
 from orchestrator.command.run_command import RUN_OPTIONS, run
 from orchestrator.command.shared_options import with_options
 from orchestrator.command.show_command import show
+from orchestrator.command.supervisor import Link
 from orchestrator.recording.process import RecordingProcess
 
 if TYPE_CHECKING:
@@ -33,7 +37,7 @@ def application(sockets: Iterable[Socket]) -> typer.Typer:
         sockets: The sockets that `run` and `export` take another unit for, by an option of the same name.
 
     Returns:
-        The application; when it is called, its object is the recorder of a run.
+        The application; when it is called, its object is what a run has beside it.
     """
     app = typer.Typer(
         help="Co-simulate an automated vehicle: plant, traffic and controller as FMI components, inspected in Rerun.",
@@ -59,7 +63,7 @@ def _versions(wanted: bool) -> None:  # noqa: FBT001 - typer calls it like this
         from orchestrator.results.provenance import versions  # noqa: PLC0415
 
         for name, version in versions().items():
-            out.print(f"{name} {version}", markup=False, highlight=False)
+            out.print(f"{name} {version}")
         raise typer.Exit
 
 
@@ -73,12 +77,16 @@ def _common(
     """Take the options that come before a subcommand; the help is that of the application."""
 
 
-def main() -> None:
-    """Run the command; a wrong request becomes a message, never a traceback."""
+def main(link: Link | None = None) -> None:
+    """Run the command; a wrong request becomes a message, never a traceback.
+
+    Args:
+        link: Leads to a process that outlives this one, if there is any.
+    """
     subcommand, *arguments = sys.argv[1:] or [""]
     try:
-        with _recorder(subcommand, arguments) as recorder:
-            application(_sockets(subcommand))(obj=recorder)
+        with interruptible(), _recorder(subcommand, arguments) as recorder:
+            application(_sockets(subcommand))(obj=Companions(recorder, link or Link()))
     except Exception as error:  # noqa: BLE001 - what is not reported is raised again
         sys.exit(_report(error))
 
@@ -106,10 +114,10 @@ def _report(error: Exception) -> int:
         print_problems(error.problems)
         return WRONG
     if isinstance(error, BuildError):
-        err.print(f"macrostep: {error}", markup=False, style="red")
+        err.print(f"macrostep: {error}", style="red")
         return FAULT
     raise error
 
 
 if __name__ == "__main__":
-    main()
+    supervisor.main()

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 
 from orchestrator.command.console import err, out, working
 
@@ -31,7 +32,8 @@ def reproduce(
     with working() as progress:
         report = reproduction.reproduce(listed, target, progress, driven)
     for verdict in report.verdicts:
-        out.print(f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}")
+        parts = (verdict.claim, "bold"), f" {verdict.words}: ", (verdict.status, "bold"), f" {verdict.condition}"
+        out.print(Text.assemble(*parts))
     out.print(f"{report.folder}/  report.html  report.md  report.json  runs/  figures/")
 
 

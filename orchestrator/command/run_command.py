@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
+from orchestrator.command.companions import Companions
 from orchestrator.command.console import FAULT, INTERRUPTED, err, out, print_message, print_notes, working
 from orchestrator.command.shared_options import WATCHING, ScenarioRequest
 from orchestrator.scenario.options import Options
@@ -70,15 +71,18 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     with ExitStack() as watching:
         with working() as progress:
             from orchestrator.loading import load  # noqa: PLC0415
+            from orchestrator.recording.recording import Afterwards  # noqa: PLC0415
             from orchestrator.run import Execution, execute  # noqa: PLC0415
             from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
+            beside: Companions = context.obj
             stream_options = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
             loaded = load(scenario, options, progress)
             stream = (
                 None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))
             )
-            finished = execute(loaded, folder, progress, Execution(context.obj, stream, realtime))
+            execution = Execution(beside.recorder or Afterwards(), stream, realtime, link=beside.link)
+            finished = execute(loaded, folder, progress, execution)
         print_notes(loaded.remarks + finished.notes)
         _print_summary(finished)
         code = _conclude(finished)
@@ -107,10 +111,10 @@ def _print_summary(finished: Finished) -> None:
         title += f", {timing['step_median_us']:.0f} us per step (median)"
     if "realtime" in summary:
         title += f", {_pace(summary['realtime'])}"
-    out.print(f"[bold]{title}[/bold]")
+    out.print(title, style="bold")
     for name, holds in summary["verdicts"].items():
-        mark = "[green]yes[/green]" if holds else "[red]no[/red]"
-        out.print(f"  {name.replace('_', ' '):24}{mark}")
+        out.print(f"  {name.replace('_', ' '):24}", end="")
+        out.print("yes" if holds else "no", style="green" if holds else "red")
     for name in _SHOWN:
         if name in summary["metrics"]:
             out.print(f"  {name:24}{summary['metrics'][name]:.3f}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from rich.table import Table
 
 from orchestrator.command import console
 
@@ -10,7 +11,7 @@ from orchestrator.command import console
 @pytest.mark.parametrize("stream", [console.out, console.err], ids=["out", "err"])
 def test_a_pattern_does_not_become_an_emoji(stream):
     with stream.capture() as said:
-        stream.print("--record plant.*:x: and plant.*:-1:", markup=False)
+        stream.print("--record plant.*:x: and plant.*:-1:")
     assert said.get() == "--record plant.*:x: and plant.*:-1:\n"
 
 
@@ -19,3 +20,33 @@ def test_what_was_done_keeps_a_line_and_what_goes_on_does_not():
         progress.now("built to be seen for a moment")
         progress.done("an FMU")
     assert said.get() == "an FMU\n"
+
+
+HOSTILE = "a [red]b[/blue] \x1b[2J\x1b]0;title\x07 \x9b31m \u202egnp.exe :x: ä\n\tend\r"
+SHOWN = "a [red]b[/blue] \\x1b[2J\\x1b]0;title\\x07 \\x9b31m \\u202egnp.exe :x: ä\n"
+
+
+@pytest.mark.parametrize("stream", [console.out, console.err], ids=["out", "err"])
+def test_foreign_text_commands_no_terminal(stream):
+    table = Table("[b]name", box=None)
+    table.add_row(HOSTILE)
+    with stream.capture() as said:
+        stream.print(HOSTILE)
+        stream.print(HOSTILE, style="red")
+        stream.print(table)
+    text = said.get()
+    assert text.count(SHOWN) == 2
+    assert "[b]name" in text
+    assert not {"\x1b", "\x07", "\x9b", "\u202e", "\r"} & {*text}
+
+
+def test_foreign_text_in_the_status_line_and_in_results_commands_no_terminal():
+    with console.err.capture() as said, console.working() as progress:
+        progress.now(HOSTILE)
+        progress.done(HOSTILE)
+    assert said.get().startswith(SHOWN)
+
+
+def test_a_text_of_any_length_is_shown_in_part():
+    assert console.visible("a" * 10_000) == "a" * 10_000
+    assert console.visible("a" * 10**6) == f"{'a' * 5000} ... (990000 characters) ... {'a' * 5000}"

@@ -1,0 +1,189 @@
+"""The process that outlives a run: it passes signals on, and tells and finishes what the process that steps cannot.
+
+An FMU that runs in the process that steps can end it by a crash or by `exit`, and can hang so that no signal gets
+through. The command is therefore two processes: this one imports nothing and loads nothing, waits, and completes the
+run folder where the other one did not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Final
+
+from components.interfaces.interruption import ENDING_SIGNALS
+
+if TYPE_CHECKING:
+    from fmus.toolchain.child_process import Death
+
+_STOPS_WITHIN: Final = 10.0
+"""[s] The time that the process has to stop stepping, or to complete its folder, after a signal."""
+_LOOKS_EVERY: Final = 0.2
+"""[s] The time between two looks whether the process is alive."""
+_OUTLIVED: Final = ("run",)
+"""The subcommands that may load foreign libraries into their own process."""
+
+
+class Link:
+    """What the process that steps tells the one that outlives it; nothing where there is none."""
+
+    def __init__(self, descriptor: int | None = None) -> None:
+        self._descriptor = descriptor
+
+    def began(self, folder: Path) -> None:
+        """Tell the run folder, as soon as it is there."""
+        self._tell({"folder": str(folder)})
+
+    def ends(self) -> None:
+        """Tell that the last step is done, and that the folder is being completed."""
+        self._tell({"ending": True})
+
+    def concluded(self, code: int) -> None:
+        """Tell the exit code; after it nothing can be lost any more."""
+        self._tell({"code": code})
+
+    def _tell(self, facts: Mapping[str, object]) -> None:
+        if self._descriptor is not None:
+            with suppress(OSError):  # a library has closed it
+                os.write(self._descriptor, json.dumps(facts).encode() + b"\n")
+
+
+@dataclass
+class _Told:
+    """What the process that steps has told."""
+
+    folder: str = ""
+    ending: bool = False
+    code: int | None = None
+
+    def take(self, lines: bytes) -> None:
+        """Take what was read; what a library has written there is no fact."""
+        for line in lines.splitlines():
+            with suppress(ValueError):
+                match json.loads(line):
+                    case {"folder": str(folder)}:
+                        self.folder = folder
+                    case {"ending": True}:
+                        self.ending = True
+                    case {"code": int(code)}:
+                        self.code = code
+                    case _:
+                        pass
+
+
+def main() -> None:
+    """Run the command; where it may load foreign libraries, in a process that this one outlives."""
+    _import_nothing_from_here()
+    if not hasattr(os, "fork") or sys.argv[1:2] not in [[name] for name in _OUTLIVED] or "--help" in sys.argv:
+        _command(Link())
+        return
+    reading, writing = os.pipe()
+    process = os.fork()
+    if process:
+        os.close(writing)
+        sys.exit(_Supervisor(process, reading).wait())
+    os.close(reading)
+    from fmus.toolchain.child_process import end_when_closed, moved  # noqa: PLC0415 - not in the other process
+
+    link = moved(writing)  # where no library takes it for its own
+    os.close(writing)
+    end_when_closed(link)
+    _command(Link(link))
+
+
+def _import_nothing_from_here() -> None:
+    """Keep Python files in the working folder from being imported, by this process and by all that it starts."""
+    sys.path[:] = [path for path in sys.path if Path(path).is_absolute()]
+    os.environ["PYTHONSAFEPATH"] = "1"
+
+
+def _command(link: Link) -> None:
+    from orchestrator.command import main as command  # noqa: PLC0415 - not in the process that outlives it
+
+    code = 1
+    try:
+        command.main(link)
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+        raise
+    finally:
+        sys.stdout.flush()
+        link.concluded(code)
+
+
+class _Supervisor:
+    """Waits for the process that steps, passes signals on, and concludes for it where it cannot."""
+
+    def __init__(self, process: int, reading: int) -> None:
+        self._process, self._reading = process, reading
+        self._told = _Told()
+        self._deadline = float("inf")
+        self._interrupted = self._killed = False
+        for number in ENDING_SIGNALS:
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as a shell or `nohup` has it
+                signal.signal(number, self._pass_on)
+
+    def _pass_on(self, number: int, _: FrameType | None) -> None:
+        """Pass a signal on; one from the terminal has reached the other process too, which takes both for one."""
+        self._interrupted = True
+        self._deadline = time.monotonic() + _STOPS_WITHIN
+        with suppress(ProcessLookupError):
+            os.kill(self._process, number)
+
+    def wait(self) -> int:
+        """Wait for the end of the process; return the exit code of the command."""
+        status = None
+        was_ending = False
+        while status is None:
+            readable, _, _ = select.select([self._reading] if self._reading >= 0 else [], [], [], _LOOKS_EVERY)
+            if readable:
+                self._read()
+            if self._told.ending and not was_ending:  # it has stopped stepping, and may take its time now
+                was_ending, self._deadline = True, float("inf")
+            if time.monotonic() > self._deadline and not self._killed:
+                self._killed = True
+                os.kill(self._process, signal.SIGKILL)
+            done, state = os.waitpid(self._process, os.WNOHANG)
+            status = os.waitstatus_to_exitcode(state) if done else None
+        while self._reading >= 0 and select.select([self._reading], [], [], 0)[0]:
+            self._read()
+        return self._conclude(status)
+
+    def _read(self) -> None:
+        lines = os.read(self._reading, 2**16)
+        if lines:
+            self._told.take(lines)
+        else:
+            os.close(self._reading)
+            self._reading = -1
+
+    def _conclude(self, status: int) -> int:
+        """Tell what the process could not tell, and complete its folder."""
+        from fmus.toolchain.child_process import Death, death_in_words  # noqa: PLC0415
+
+        if self._told.code is not None and status == self._told.code:
+            return status
+        from orchestrator.command.console import FAULT, INTERRUPTED, err  # noqa: PLC0415
+
+        err.show_cursor()
+        words = death_in_words(Death(status))
+        if self._told.code is not None:
+            text = f"macrostep: the process of the run ended by {words} when it was closed; its folder is complete"
+            err.print(text, style="red")
+            return self._told.code or FAULT
+        _finish(self._told, Death(status), interrupted=self._interrupted)
+        return INTERRUPTED if self._interrupted else FAULT
+
+
+def _finish(told: _Told, death: Death, *, interrupted: bool) -> None:
+    """Complete the run folder, and print what has ended the run."""
+    raise NotImplementedError
