@@ -10,7 +10,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from components.interfaces.interruption import without_interrupts
 from components.interfaces.progress import Progress
@@ -42,16 +42,6 @@ class Finished:
     """Problems of the recording and of the live stream, which do not end a run."""
 
 
-class Outliving(Protocol):
-    """Leads to a process that outlives this one, and completes the run folder where this one cannot."""
-
-    def began(self, folder: Path) -> None:
-        """Tell it the run folder, as soon as it is there."""
-
-    def ends(self) -> None:
-        """Tell it that the last step is done, and that the folder is being completed."""
-
-
 @dataclass(frozen=True)
 class Execution:
     """How a run is executed: its recorder, its live stream, its pace, and whether figures are drawn."""
@@ -63,8 +53,10 @@ class Execution:
     realtime: float | None = None
     """Simulated seconds per second of wall time; without it the run goes as fast as it can."""
     figures: bool = True
-    link: Outliving | None = None
-    """Leads to a process that outlives this one, if there is any."""
+    begun: Callable[[Path], None] = lambda _: None
+    """Called with the run folder, an absolute path, before the first step, when it is there."""
+    ending: Callable[[], None] = lambda: None
+    """Called after the last step, before the folder is completed."""
 
     @property
     def recorders(self) -> list[Recorder]:
@@ -97,8 +89,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
             fault = _attempt(lambda: running.enter_context(simulation))
             named = new_folder(scenario.name, out)
             folder = here / named
-            if execution.link is not None:
-                execution.link.began(folder)
+            execution.begun(folder)
             write_system(scenario, folder)
             request = RecordingRequest(
                 folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
@@ -111,8 +102,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
                 ended = fault or interrupt
             # Closing the units may take several seconds, and Ctrl-C must not interrupt that either.
             undisturbed.enter_context(without_interrupts())
-            if execution.link is not None:
-                execution.link.ends()
+            execution.ending()
         for recorder in execution.recorders:
             recorder.end(request.about | summary.ending(ended))
         columns = simulation.columns()

@@ -81,7 +81,9 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             stream = (
                 None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))
             )
-            execution = Execution(beside.recorder or Afterwards(), stream, realtime, link=beside.link)
+            execution = Execution(
+                beside.recorder or Afterwards(), stream, realtime, begun=beside.link.began, ending=beside.link.ends
+            )
             finished = execute(loaded, folder, progress, execution)
         print_notes(loaded.remarks + finished.notes)
         _print_summary(finished)
