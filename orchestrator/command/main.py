@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from components.interfaces.interruption import interruptible
 from orchestrator.command import supervisor
 from orchestrator.command.build_command import build
 from orchestrator.command.check_command import check
@@ -85,7 +84,7 @@ def main(link: Link | None = None) -> None:
     """
     subcommand, *arguments = sys.argv[1:] or [""]
     try:
-        with interruptible(), _recorder(subcommand, arguments) as recorder:
+        with _recorder(subcommand, arguments) as recorder:
             application(_sockets(subcommand))(obj=Companions(recorder, link or Link()))
     except Exception as error:  # noqa: BLE001 - what is not reported is raised again
         sys.exit(_report(error))

@@ -20,7 +20,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Final
 
-from components.interfaces.interruption import ENDING_SIGNALS
+from components.interfaces.interruption import ENDING_SIGNALS, interruptible
 
 if TYPE_CHECKING:
     from fmus.toolchain.child_process import Death
@@ -107,17 +107,27 @@ def _import_nothing_from_here() -> None:
 
 
 def _command(link: Link) -> None:
-    from orchestrator.command import main as command  # noqa: PLC0415 - not in the process that outlives it
-
     code = 1
     try:
-        command.main(link)
+        with interruptible():
+            from orchestrator.command import main as command  # noqa: PLC0415 - not in the process that outlives it
+
+            command.main(link)
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
-        raise
+    except KeyboardInterrupt:
+        code = _interrupted()
     finally:
-        sys.stdout.flush()
         link.concluded(code)
+    sys.exit(code)
+
+
+def _interrupted() -> int:
+    """Say that nothing was done, and return the exit code."""
+    from orchestrator.command.console import INTERRUPTED, err  # noqa: PLC0415 - a command starts faster without it
+
+    err.print("macrostep: interrupted", style="red")
+    return INTERRUPTED
 
 
 class _Supervisor:
@@ -174,7 +184,8 @@ class _Supervisor:
             return status
         from orchestrator.command.console import FAULT, INTERRUPTED, err  # noqa: PLC0415
 
-        err.show_cursor()
+        if self._interrupted and not self._told.folder:
+            return _interrupted()
         words = death_in_words(Death(status))
         if self._told.code is not None:
             text = f"macrostep: the process of the run ended by {words} when it was closed; its folder is complete"
