@@ -94,10 +94,7 @@ def order(system: System, algorithm: Algorithm) -> list[str]:
     if algorithm is Algorithm.JACOBI:
         return list(planned.order)
     late = [name for name in planned.order if name not in planned.early]
-    readers = {
-        name: [c.unit for c in system.connections if c.source == name and c.unit in late and c.unit != name]
-        for name in late
-    }
+    readers = {n: [c.unit for c in system.connections_from(n) if c.unit not in {*planned.early, n}] for n in late}
     try:
         return [*(n for n in planned.order if n in planned.early), *TopologicalSorter(readers).static_order()]
     except CycleError as error:
@@ -123,18 +120,19 @@ def _problems(system: System, algorithm: Algorithm) -> Iterator[Problem]:
         if ratio != 1:
             yield Problem(f"step of `{name}`", f"{ratio} macro steps", "1: a container steps all units alike")
     yield from text_problems(system)
+    following = {name: follows_inputs(source.interface) for name, source in system.units.items()}
     for wire in system.connections:
-        yield from _wire_problems(system, wire, algorithm)
+        yield from _wire_problems(system, wire)
+        if algorithm is Algorithm.SEQUENTIAL and wire.output in following[wire.source]:
+            found = "an output that follows its unit's inputs at the same instant"
+            yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
 
 
-def _wire_problems(system: System, wire: Connection, algorithm: Algorithm) -> Iterator[Problem]:
+def _wire_problems(system: System, wire: Connection) -> Iterator[Problem]:
     if wire.conversion != IDENTITY:
         yield Problem(str(wire), "a conversion", "equal units: a container passes values on as they are")
     if not is_fmi2(system) and (wire.output_element or wire.input_element):
         yield Problem(str(wire), "a single element of an array", "whole arrays in FMI 3.0", "Export it with --fmi 2.")
-    if algorithm is Algorithm.SEQUENTIAL and follows_inputs(system.units[wire.source].interface, wire.output):
-        found = "an output that follows its unit's inputs at the same instant"
-        yield Problem(str(wire), found, "outputs that show by stepping, or that no unit reads", _JACOBI)
 
 
 @contextmanager

@@ -198,7 +198,7 @@ def _connected_variables(system: System, name: str, *, ssp1: bool) -> dict[Conne
     libcosim ends its process when it meets one.
     """
     interface = system.units[name].interface
-    read = {c.output for c in system.connections if c.source == name}
+    read = {c.output for c in system.connections_from(name)}
     outputs = [
         v for v in interface.outputs if not (ssp1 and v.quantity.type is Type.ENUMERATION and v.name not in read)
     ]

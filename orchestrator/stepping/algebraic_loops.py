@@ -49,7 +49,8 @@ class AlgebraicLoop:
         self._units, self._table = units, table
         self._stepped = [units[name] for name in group if name in schedule.early]
         self._states = [_state_of(unit) for unit in self._stepped]
-        inside = {(c.source, c.output): c for c in system.connections if c.source in group and c.unit in group}
+        members = frozenset(group)
+        inside = {(c.source, c.output): c for c in system.connections if members.issuperset((c.source, c.unit))}
         self._chain = ", ".join(str(wire) for wire in inside.values())
         slots = [table.slots(unit, output, "recorded") for unit, output in inside]
         self._slots = [(table.columns[kind], where) for kind, where in slots if kind.is_float]

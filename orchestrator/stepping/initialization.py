@@ -74,7 +74,7 @@ def _first_pass(
     read: set[str] = set()
     for name in schedule.order:
         unit = units[name]
-        waiting = {c.input for c in system.connections if c.unit == name and c.source not in read}
+        waiting = {c.input for c in system.connections_to(name) if c.source not in read}
         if waiting:
             table.bind(unit, waiting)
         _pass_on(unit, table, checked)

@@ -125,8 +125,8 @@ def _is_early(system: System, name: str) -> bool:
     interface = system.units[name].interface
     if interface.output_after_set:
         return False
-    read = {c.input for c in system.connections if c.unit == name}
-    shown = {c.output for c in system.connections if c.source == name}
+    read = {c.input for c in system.connections_to(name)}
+    shown = {c.output for c in system.connections_from(name)}
     rows = [i for i, y in enumerate(interface.outputs) if y.name in shown or not shown]
     columns = [j for j, u in enumerate(interface.inputs) if u.name in read]
     return bool(interface.feedthrough[np.ix_(rows, columns)].any())
@@ -198,8 +198,10 @@ Needs: TypeAlias = Mapping[str, Mapping[str, Connection]]
 
 def _needs(system: System, early: set[str]) -> Needs:
     needs: dict[str, dict[str, Connection]] = {name: {} for name in system.units}
+    following = {name: follows_inputs(source.interface) for name, source in system.units.items()}
     for wire in system.connections:
-        if _needed_now(system, wire, early):
+        # the source has to act at t_k before the output on this wire is known
+        if wire.source in early or wire.output in following[wire.source]:
             needs[wire.unit][wire.source] = wire
     for wire in system.clock_connections:
         if wire.source in early:
@@ -207,15 +209,12 @@ def _needs(system: System, early: set[str]) -> Needs:
     return needs
 
 
-def _needed_now(system: System, wire: Connection, early: set[str]) -> bool:
-    """Whether the source has to act at t_k before the output on this wire is known."""
-    return wire.source in early or follows_inputs(system.units[wire.source].interface, wire.output)
-
-
-def follows_inputs(interface: Interface, output: str) -> bool:
-    """Whether an output changes with the inputs of a unit at one instant, without a step."""
-    row = [v.name for v in interface.outputs].index(output)
-    return interface.output_after_set and bool(interface.feedthrough[row].any())
+def follows_inputs(interface: Interface) -> frozenset[str]:
+    """The outputs that change with the inputs of a unit at one instant, without a step."""
+    if not interface.output_after_set:
+        return frozenset()
+    rows = np.flatnonzero(interface.feedthrough.any(axis=1))
+    return frozenset(interface.outputs[row].name for row in rows.tolist())
 
 
 def _initial_order(system: System) -> tuple[str, ...]:
@@ -226,23 +225,30 @@ def _initial_order(system: System) -> tuple[str, ...]:
 
 def _groups(needs: Needs) -> list[list[str]]:
     """Units sorted so that each comes after the sources it needs; those that need each other are one group."""
-    reach = {name: _reachable(name, needs) for name in needs}
-    group_of = {name: tuple(m for m in needs if m == name or (m in reach[name] and name in reach[m])) for name in needs}
+    try:
+        return [[name] for name in TopologicalSorter(needs).static_order()]
+    except CycleError:
+        group_of = _need_each_other(needs)
     graph = {
-        group: {group_of[source] for name in group for source in needs[name]} - {group}
+        group: dict.fromkeys(group_of[source] for name in group for source in needs[name] if source not in group)
         for group in dict.fromkeys(group_of.values())
     }
     return [list(group) for group in TopologicalSorter(graph).static_order()]
 
 
-def _reachable(name: str, needs: Needs) -> set[str]:
-    reached: set[str] = set()
-    ahead = list(needs[name])
-    while ahead:
-        if (source := ahead.pop()) not in reached:
-            reached.add(source)
-            ahead.extend(needs[source])
-    return reached
+def _need_each_other(needs: Needs) -> dict[str, tuple[str, ...]]:
+    """For every unit all units that need it and that it needs, through others too, with itself among them."""
+    from scipy.sparse import csgraph, csr_array  # noqa: PLC0415 - slow to import, and most systems have no loop
+
+    at = {name: i for i, name in enumerate(needs)}
+    ends = [(at[name], at[source]) for name, sources in needs.items() for source in sources]
+    rows, columns = np.array(ends).T
+    graph = csr_array((np.ones(len(ends)), (rows, columns)), shape=(len(at), len(at)))
+    _, labels = csgraph.connected_components(graph, connection="strong")
+    groups: dict[int, list[str]] = {}
+    for name, label in zip(needs, labels.tolist(), strict=True):
+        groups.setdefault(label, []).append(name)
+    return {name: tuple(group) for group in groups.values() for name in group}
 
 
 def _check_loops(  # noqa: PLR0913 - what is known of a loop

@@ -69,6 +69,9 @@ class SignalTable:
         """By type, the values of all elements, (n,)."""
         self._held: set[tuple[str, str]] = set()
         self._gathers: dict[str, list[Operation]] = {}
+        self._without_value: dict[str, list[str]] = {}
+        for unit, _, name in (path.partition(".") for path in system.unset):
+            self._without_value.setdefault(unit, []).append(name)
         for path, value in system.held.items():
             unit, _, name = path.partition(".")
             self._keep(unit, name, value)
@@ -128,8 +131,7 @@ class SignalTable:
 
     def _unset(self, unit: str) -> set[str]:
         """The inputs of a unit that nobody has a value for."""
-        paths = {path.partition(".")[::2] for path in self.system.unset} - self._held
-        return {name for owner, name in paths if owner == unit}
+        return {name for name in self._without_value.get(unit, ()) if (unit, name) not in self._held}
 
     def _drivers(self, unit: str) -> tuple[dict[Type, list[int]], list[_Conversion]]:
         """By type, the place in the table of each element of a unit's inputs; and the values that are converted.
@@ -137,8 +139,8 @@ class SignalTable:
         The place of an element whose value is converted is its own, where it is held if nothing drives it.
         """
         wires: dict[str, list[Connection]] = {}
-        for wire in self.system.connections:
-            if wire.unit == unit and (unit, wire.input) not in self._held:
+        for wire in self.system.connections_to(unit):
+            if (unit, wire.input) not in self._held:
                 wires.setdefault(wire.input, []).append(wire)
         indices: dict[Type, list[int]] = {}
         conversions: list[_Conversion] = []

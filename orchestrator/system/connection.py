@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
+from operator import itemgetter
 
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.record import Variable
@@ -54,20 +57,44 @@ def is_part(path: str, whole: str) -> bool:
     return path == whole or (path.startswith(f"{whole}[") and path.endswith("]"))
 
 
-def signal(name: str, variables: Sequence[Variable]) -> tuple[Variable, ArrayElement | None] | None:
-    """Find the variable that a name refers to.
+class SignalNames:
+    """The names of variables and of the elements of their arrays; each is found at once, however many there are.
 
     Args:
-        name: The name of a variable, or of one element of an array, such as `x[2]`.
-        variables: The variables to search.
-
-    Returns:
-        The variable, and the element that the name refers to; `None` in its place for the whole variable, and `None`
-        for a name that no variable has.
+        variables: The variables, such as all inputs of a unit.
     """
-    for variable in variables:
-        if variable.name == name:
+
+    def __init__(self, variables: Iterable[Variable]) -> None:
+        self.variables = {variable.name: variable for variable in variables}
+        self._elements: dict[str, dict[str, ArrayElement]] = {}
+
+    def find(self, name: str) -> tuple[Variable, ArrayElement | None] | None:
+        """Find the variable that a name refers to.
+
+        Args:
+            name: The name of a variable, or of one element of an array, such as `x[2]`.
+
+        Returns:
+            The variable, and the element that the name refers to; `None` in its place for the whole variable, and
+            `None` for a name that no variable has.
+        """
+        if (variable := self.variables.get(name)) is not None:
             return variable, None
-        if variable.shape and is_part(name, variable.name) and name in (elements := variable.elements):
-            return variable, ArrayElement(name, elements.index(name))
-    return None
+        variable = self.variables.get(name.rpartition("[")[0])
+        element = self._elements_of(variable).get(name) if variable is not None and variable.shape else None
+        return None if variable is None or element is None else (variable, element)
+
+    def _elements_of(self, array: Variable) -> dict[str, ArrayElement]:
+        if array.name not in self._elements:
+            self._elements[array.name] = {name: ArrayElement(name, at) for at, name in enumerate(array.elements)}
+        return self._elements[array.name]
+
+    def in_bus(self, bus: str) -> list[str]:
+        """The names of the variables in a bus, in their order."""
+        found = self._sorted[bisect_left(self._sorted, (f"{bus}.",)) : bisect_left(self._sorted, (f"{bus}/",))]
+        return [name for name, _ in sorted(found, key=itemgetter(1))]  # `/` comes after `.`
+
+    @cached_property
+    def _sorted(self) -> list[tuple[str, int]]:
+        """All names with their places, so that those of a bus lie side by side."""
+        return sorted((name, at) for at, name in enumerate(self.variables))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, type_fits, unit_conversion
@@ -15,10 +14,16 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket, describe
-from orchestrator.system.connection import Connection, is_part, signal
+from orchestrator.system.connection import Connection, SignalNames
 from orchestrator.system.input_table import InputTable
-from orchestrator.system.patterns import fits
 from orchestrator.system.source import UnitSource
+from orchestrator.system.unit_problems import (
+    held_problems,
+    instance_problems,
+    parameter_problems,
+    pattern_problems,
+    step_problems,
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,7 @@ class System:
     allow_nonfinite: Collection[str] = ()
 
     def __post_init__(self) -> None:
-        raise_if_any(_problems(self))
+        raise_if_any(_problems(self, self._expanded))
 
     @cached_property
     def clock_connections(self) -> tuple[Connection, ...]:
@@ -72,20 +77,63 @@ class System:
         )
 
     @cached_property
+    def _expanded(self) -> tuple[Connection | Problem, ...]:
+        """The wiring, signal by signal, and what is wrong with it."""
+        return tuple(one for key, value in self.wiring.items() for one in _expand(self, key, value))
+
+    @cached_property
     def connections(self) -> tuple[Connection, ...]:
         """The wiring, signal by signal."""
-        return tuple(
-            c for key, value in self.wiring.items() for c in _expand(self, key, value) if isinstance(c, Connection)
-        )
+        return tuple(one for one in self._expanded if isinstance(one, Connection))
+
+    @cached_property
+    def _by_end(self) -> dict[tuple[str, ...], list[Connection]]:
+        """The connections from each unit, to each unit and to each input."""
+        found: dict[tuple[str, ...], list[Connection]] = {}
+        for wire in self.connections:
+            for end in (("from", wire.source), ("to", wire.unit), ("to", wire.unit, wire.input)):
+                found.setdefault(end, []).append(wire)
+        return found
+
+    def connections_from(self, unit: str) -> Sequence[Connection]:
+        """The connections that lead from the outputs of a unit."""
+        return self._by_end.get(("from", unit), ())
+
+    def connections_to(self, unit: str) -> Sequence[Connection]:
+        """The connections that lead to the inputs of a unit."""
+        return self._by_end.get(("to", unit), ())
 
     def driver(self, unit: str, name: str, element: int) -> Connection | None:
         """The connection to an element of an input, by its index from 0; `None` where nothing drives it."""
-        wires = (c for c in self.connections if (c.unit, c.input) == (unit, name))
+        wires = self._by_end.get(("to", unit, name), ())
         return next((c for c in wires if c.input_element is None or c.input_element.at == element), None)
+
+    @cached_property
+    def _held_by_unit(self) -> dict[str, dict[str, Any]]:
+        found: dict[str, dict[str, Any]] = {}
+        for path, value in self.held.items():
+            unit, _, name = path.partition(".")
+            found.setdefault(unit, {})[name] = value
+        return found
 
     def held_by(self, unit: str) -> dict[str, Any]:
         """The values at which inputs of a unit are held, by the name of the input."""
-        return {path.partition(".")[2]: v for path, v in self.held.items() if path.partition(".")[0] == unit}
+        return {**self._held_by_unit.get(unit, {})}
+
+    @cached_property
+    def _names(self) -> dict[tuple[str, str], SignalNames]:
+        return {}
+
+    def names(self, unit: str, role: str) -> SignalNames:
+        """The names of a unit's variables.
+
+        Args:
+            unit: The name of the unit.
+            role: The list of the interface that they stand in, such as `inputs`.
+        """
+        if (unit, role) not in self._names:
+            self._names[unit, role] = SignalNames(getattr(self.units[unit].interface, role))
+        return self._names[unit, role]
 
     def variable(self, path: str, *, role: str = "outputs") -> Variable:
         """The variable at a full signal path.
@@ -98,10 +146,10 @@ class System:
             KeyError: There is no such variable.
         """
         unit, _, name = path.partition(".")
-        return {v.name: v for v in getattr(self.units[unit].interface, role)}[name]
+        return self.names(unit, role).variables[name]
 
 
-def _problems(system: System) -> Iterator[Problem]:
+def _problems(system: System, wiring: Iterable[Connection | Problem]) -> Iterator[Problem]:
     for name, socket in system.sockets.items():
         if name not in system.units:
             yield Problem(f"socket `{socket.name}`", f"the unknown unit `{name}`", choices(system.units))
@@ -109,98 +157,27 @@ def _problems(system: System) -> Iterator[Problem]:
         interface = system.units[name].interface
         yield from socket.problems(name, interface.inputs, interface.outputs)
     for name, source in system.units.items():
-        yield from _parameter_problems(name, source)
-    yield from _instance_problems(system)
+        yield from parameter_problems(name, source)
+    yield from instance_problems(system.units)
     driven: dict[str, str] = {}
-    for key, value in system.wiring.items():
-        for expanded in _expand(system, key, value):
-            if isinstance(expanded, Problem):
-                yield expanded
-                continue
-            path, whole = expanded.target, f"{expanded.unit}.{expanded.input}"
-            source = expanded.origin
-            before = [path, whole] if expanded.input_element else [p for p in driven if is_part(p, path)]
-            for taken in [p for p in dict.fromkeys(before) if p in driven][:1]:
-                yield Problem(taken, f"two sources, {driven[taken]} and {source}", "one source")
-            driven[path] = source
-            yield from _mismatch(system, expanded)
-    yield from _held_problems(system, driven)
+    first: dict[str, str] = {}  # by the path of an input, what of it was driven first: all of it, or an element
+    for expanded in wiring:
+        if isinstance(expanded, Problem):
+            yield expanded
+            continue
+        path, whole = expanded.target, f"{expanded.unit}.{expanded.input}"
+        source = expanded.origin
+        before = (path, whole) if expanded.input_element else (first.get(whole, path),)
+        if taken := next((p for p in before if p in driven), None):
+            yield Problem(taken, f"two sources, {driven[taken]} and {source}", "one source")
+        driven[path] = source
+        first.setdefault(whole, path)
+        yield from _mismatch(system, expanded)
+    yield from held_problems(system.units, driven, system.held, system.unset)
     for path in system.transformations.keys() - driven.keys():
         yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
-    yield from _step_problems(system)
-    yield from _pattern_problems(system)
-
-
-def _instance_problems(system: System) -> Iterator[Problem]:
-    """The problems of units that are made from one FMU, of which a process can hold only one instance."""
-    once: dict[Path, str] = {}
-    for name, source in system.units.items():
-        if (file := source.single_instance()) is not None:
-            other = once.setdefault(file.resolve(), name)
-            if other != name:
-                found = f"{file}, which `{other}` runs too"
-                valid = "an FMU that can be instantiated more than once per process"
-                yield Problem(f"unit `{name}`", found, valid, "Run one of them in a process of its own.")
-
-
-def _pattern_problems(system: System) -> Iterator[Problem]:
-    paths = [
-        f"{name}.{path}"
-        for name, source in system.units.items()
-        for v in source.interface.outputs
-        for path in (v.name, *v.elements)
-    ]
-    for pattern in system.allow_nonfinite:
-        if pattern != "*" and not any(fits(path, pattern) for path in paths):
-            where = f"allow_nonfinite {pattern}"
-            yield Problem(where, "a pattern that no output fits", choices({*paths}), did_you_mean(pattern, paths))
-
-
-def _step_problems(system: System) -> Iterator[Problem]:
-    for name, ratio in system.steps.items():
-        if name not in system.units:
-            yield Problem(f"step of `{name}`", "an unknown unit", choices(system.units))
-        elif ratio <= 0 or 1 not in (ratio.numerator, ratio.denominator):
-            valid = "a whole multiple of the macro step, or a whole part of it"
-            yield Problem(f"step of `{name}`", f"{ratio} macro steps", valid)
-
-
-def _held_problems(system: System, driven: Mapping[str, str]) -> Iterator[Problem]:
-    inputs = {f"{n}.{v.name}": v for n, s in system.units.items() for v in s.interface.inputs}
-    for path, value in system.held.items():
-        if path not in inputs:
-            yield Problem(path, "a value for an input that does not exist", choices(inputs), did_you_mean(path, inputs))
-        elif path in driven:
-            yield Problem(path, f"two sources, {driven[path]} and a held value", "one source")
-        else:
-            yield from inputs[path].quantity.problems(path, value)
-    for path in system.unset:
-        if path not in inputs:
-            yield Problem(path, "an input that does not exist", choices(inputs), did_you_mean(path, inputs))
-    for path, variable in inputs.items():
-        unit = path.partition(".")[0]
-        if path not in driven and path not in system.held and path not in system.unset:
-            undriven = [e for e in variable.elements if f"{unit}.{e}" not in driven]
-            missing = "no source" if len(undriven) == variable.size else f"no source of {', '.join(undriven)}"
-            if undriven:
-                yield Problem(path, missing, "a connection or a held value", "Connect it, or give it a value.")
-
-
-def _parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
-    declared = {v.name: v for v in source.interface.parameters}
-    initials = {v.name: v for v in source.interface.initials}
-    for parameter, value in source.parameters.items():
-        if parameter in declared or parameter in initials:
-            yield from (declared | initials)[parameter].quantity.problems(f"{name}.{parameter}", value)
-        else:
-            kind = source.interface.kind
-            valid = f"a parameter of `{kind}`: {choices(declared)}"
-            yield Problem(f"{name}.{parameter}", "an unknown parameter", valid, did_you_mean(parameter, declared))
-    if source.has_own_values:
-        return
-    for parameter in (p for p in declared if p not in source.parameters and p not in source.interface.starts):
-        remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
-        yield Problem(f"{name}.{parameter}", "no value", declared[parameter].quantity.range, remedy)
+    yield from step_problems(system.units, system.steps)
+    yield from pattern_problems(system.units, system.allow_nonfinite)
 
 
 def _is_clock(system: System, path: str, causality: str) -> bool:
@@ -222,20 +199,19 @@ def _expand(system: System, key: str, value: str) -> Iterator[Connection | Probl
             yield Problem(f"{value} -> {key}", f"the unknown unit `{side}`", choices(system.units))
             return
     port = system.units[unit].interface.aliases.get(port, port)
-    inputs = system.units[unit].interface.inputs
-    outputs = system.units[source].interface.outputs
-    names = [v.name for v in inputs]
-    if signal(port, inputs) or signal(output, outputs):
+    inputs, outputs = system.names(unit, "inputs"), system.names(source, "outputs")
+    if inputs.find(port) or outputs.find(output):
         pairs = [(port, output)]
     else:
-        pairs = [(name, output + name[len(port) :]) for name in names if name.startswith(port + ".")]
+        pairs = [(name, output + name[len(port) :]) for name in inputs.in_bus(port)]
     for name, source_name in pairs or [(port, output)]:
-        end, start = signal(name, inputs), signal(source_name, outputs)
+        end, start = inputs.find(name), outputs.find(source_name)
         if end is None:
-            yield Problem(f"{unit}.{name}", "no such input", choices(names), did_you_mean(name, names))
+            known = inputs.variables
+            yield Problem(f"{unit}.{name}", "no such input", choices(known), did_you_mean(name, known))
         elif start is None:
-            shown = [v.name for v in outputs]
-            yield Problem(f"{source}.{source_name}", "no such output", choices(shown), did_you_mean(source_name, shown))
+            known = outputs.variables
+            yield Problem(f"{source}.{source_name}", "no such output", choices(known), did_you_mean(source_name, known))
         else:
             connection = Connection(unit, end[0].name, source, start[0].name, IDENTITY, end[1], start[1])
             yield dataclasses.replace(connection, conversion=_conversion(system, connection))
