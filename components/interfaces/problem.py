@@ -5,6 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import islice
+from typing import Final
+
+MOST_PROBLEMS: Final = 1000
+"""The most problems that are looked for: nobody reads more of them, and a file may have any number."""
+_LISTED: Final = 100
+"""The most names that a message lists."""
+_COMPARED: Final = 1000
+"""The most names that a misspelled name is compared with."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +58,23 @@ def raise_if_any(problems: Iterable[Problem]) -> None:
     """Report all problems at once; do nothing when there are none.
 
     Raises:
-        RequestError: There are problems; the error has all of them.
+        RequestError: There are problems; the error has all of them, or `MOST_PROBLEMS` and that there are more.
     """
-    if gathered := tuple(problems):
-        raise RequestError(gathered)
+    remaining = iter(problems)
+    if gathered := tuple(islice(remaining, MOST_PROBLEMS)):
+        more = next(remaining, None)
+        raise RequestError(gathered if more is None else (*gathered, OTHER_PROBLEMS))
+
+
+OTHER_PROBLEMS: Final = Problem(
+    "other problems", f"more than these {MOST_PROBLEMS}", "none", "Correct these first: the others are not listed."
+)
+"""What stands in the place of more problems than are looked for."""
 
 
 def choices(names: Iterable[str]) -> str:
-    """The valid names as one readable phrase."""
-    listed = sorted(names)
-    return ", ".join(listed) if listed else "nothing"
+    """The valid names as one readable phrase; of very many the first."""
+    return listed(sorted(names), _LISTED, "others") or "nothing"
 
 
 def listed(names: Sequence[str], most: int = 3, rest: str = "more") -> str:
@@ -69,5 +85,5 @@ def listed(names: Sequence[str], most: int = 3, rest: str = "more") -> str:
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:
     """A remedy that names the closest valid name, or an empty text."""
-    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    close = difflib.get_close_matches(name, list(islice(names, _COMPARED)), n=1, cutoff=0.6)
     return f"Did you mean `{close[0]}`?" if close else ""

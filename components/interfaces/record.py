@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import prod
@@ -40,7 +40,11 @@ class Variable:
         """FMI 2.0 names of the elements: `name`, or `name[1]`, `name[2]`, ..."""
         if not self.quantity.shape:
             return [self.name]
-        return [f"{self.name}[{','.join(str(i + 1) for i in index)}]" for index in np.ndindex(*self.shape)]
+        return [self.element([i + 1 for i in index]) for index in np.ndindex(*self.shape)]
+
+    def element(self, index: Iterable[int]) -> str:
+        """FMI 2.0 name of one element, by its index from 1 in each dimension."""
+        return f"{self.name}[{','.join(map(str, index))}]"
 
 
 @dataclass_transform(

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
-from components.interfaces.problem import Problem, RequestError, did_you_mean
+from components.interfaces.problem import MOST_PROBLEMS, OTHER_PROBLEMS, Problem, RequestError, did_you_mean
 from fmus.reading.unpack import parse_xml, unpack
 from fmus.toolchain.scratch import scratch_folder
 from orchestrator.ssp.rules import breaches, document_kind
@@ -40,8 +40,8 @@ class Findings:
 
     Attributes:
         lenient: Whether a breach of the standard that does not keep the system from running is only a remark.
-        problems: What keeps the system from running.
-        remarks: What a person should know of a system that runs.
+        problems: What keeps the system from running; the same may be there several times.
+        remarks: What a person should know of a system that runs, likewise.
     """
 
     lenient: bool = False
@@ -49,24 +49,30 @@ class Findings:
     remarks: list[str] = field(default_factory=list[str])
 
     def add_problem(self, where: str, found: str, valid: str, remedy: str = "") -> None:
-        """Add a problem that keeps the system from running; a problem is listed once."""
-        if (problem := Problem(where, found, valid, remedy)) not in self.problems:
-            self.problems.append(problem)
+        """Add a problem that keeps the system from running. Raises `RequestError` if there are too many."""
+        self.problems.append(Problem(where, found, valid, remedy))
+        if len(self.problems) > MOST_PROBLEMS:
+            raise self.refusal()
 
     def add_breach(self, where: str, found: str, valid: str, remedy: str = _CORRECT_IT) -> None:
         """Add a breach of the standard whose meaning is clear: a problem, or a remark for a lenient reader."""
         if not self.lenient:
             self.add_problem(where, found, valid, remedy)
-        elif (remark := f"{where}: {found}; valid: {valid}") not in self.remarks:
-            self.remarks.append(remark)
+        else:
+            self.remarks.append(f"{where}: {found}; valid: {valid}")
 
     def attempt(self, action: Callable[[], Any]) -> Any:
         """The result of `action`; None where it raises `RequestError`, whose problems are added."""
         try:
             return action()
         except RequestError as error:
-            self.problems += [p for p in error.problems if p not in self.problems]
+            self.problems += error.problems
             return None
+
+    def refusal(self) -> RequestError:
+        """The error that lists each problem once, or as many as are looked for."""
+        once = [*dict.fromkeys(self.problems)]
+        return RequestError(once if len(once) <= MOST_PROBLEMS else [*once[:MOST_PROBLEMS], OTHER_PROBLEMS])
 
 
 @dataclass(frozen=True)

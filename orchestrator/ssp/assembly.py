@@ -84,6 +84,7 @@ class Assembly:
 
     def connect(self, unit: SspUnit) -> None:
         """Connect all inputs of a unit; inputs and elements that nothing drives hold a value."""
+        own = self._own_values(unit)
         for target in [v for v in unit.variables.values() if v.role == "inputs" and not v.index]:
             resolved = self.graph.connections_to(unit, target)
             between_units = [c for r in resolved if (c := self._unit_connection(r)) is not None]
@@ -91,8 +92,8 @@ class Assembly:
                 self._add(unit, target.variable, connection)
             driven = {c.index for c in between_units}
             if None not in driven and driven != set(_indices(target.variable)):
-                ends = [r for r in resolved if r.unit is None]
-                self._hold(unit, target.variable, ends, partly=bool(between_units))
+                given = [*own.get(target.variable.name, ()), *self._values_of_connectors(resolved)]
+                self._hold(unit, target.variable, given, partly=bool(between_units))
         for name in [n for n, v in unit.variables.items() if v.role == "clocks"]:
             for clock in self.graph.connections_to(unit, unit.variables[name]):
                 if clock.unit is not None and clock.output is not None:
@@ -106,17 +107,20 @@ class Assembly:
             only: The parameters that are wanted; all of them, and all start values, if None.
         """
         given: dict[str, tuple[Any, ParameterValue]] = {}
+        own = self._own_values(unit)
         for name in [n for n, v in unit.variables.items() if v.role == "parameters" and not v.index]:
             if only is not None and name not in only:
                 continue
             resolved = self.graph.connections_to(unit, unit.variables[name])
             self._refuse_outputs(name, resolved)
-            value = self._value(unit, unit.variables[name].variable, [r for r in resolved if r.unit is None])
+            variable = unit.variables[name].variable
+            value = self._value(unit, variable, [*own.get(variable.name, ()), *self._values_of_connectors(resolved)])
             if value is not None:
                 given[name] = value
         if only is None:
             for name in [n for n, v in unit.initials.items() if not v.index]:
-                if (value := self._value(unit, unit.initials[name].variable, [])) is not None:
+                variable = unit.initials[name].variable
+                if (value := self._value(unit, variable, own.get(variable.name, ()))) is not None:
                     given[name] = value
         self.places |= {f"{unit.name}.{name}": value.step.where for name, (_, value) in given.items()}
         return given
@@ -161,10 +165,10 @@ class Assembly:
         if total != IDENTITY:
             self.transformations[target] = total
 
-    def _hold(self, unit: SspUnit, variable: Variable, ends: Sequence[ResolvedConnection], *, partly: bool) -> None:
+    def _hold(self, unit: SspUnit, variable: Variable, values: Sequence[_GivenValue], *, partly: bool) -> None:
         """Give an input, or those of its elements that nothing drives, the value of the SSP or of the unit."""
         path = f"{unit.name}.{variable.name}"
-        given = self._value(unit, variable, ends)
+        given = self._value(unit, variable, values)
         if given is not None:
             self.held[path], self.places[path] = given[0], given[1].step.where
             return
@@ -195,18 +199,17 @@ class Assembly:
                 self.findings.add_problem(connection.steps[-1].where, found, valid)
 
     def _value(
-        self, unit: SspUnit, variable: Variable, ends: Sequence[ResolvedConnection]
+        self, unit: SspUnit, variable: Variable, values: Sequence[_GivenValue]
     ) -> tuple[Any, ParameterValue] | None:
         """The value that parameter sets give to a variable, and the last of them.
 
-        The values of connectors of systems, which the `ends` of connections lead to, replace those of the variable
-        itself. Elements that nothing gives keep their start values.
+        Later values replace earlier ones. Elements that nothing gives keep their start values.
         """
         whole = np.empty(variable.shape, dtype=object)
         if (start := unit.source.interface.starts.get(variable.name)) is not None:
             whole[...] = start
         last: ParameterValue | None = None
-        for index, value, steps in [*self._own_values(unit, variable), *self._values_of_connectors(ends)]:
+        for index, value, steps in values:
             converted = constant(value, steps, variable, index, self.findings)
             if converted is None:
                 continue
@@ -224,14 +227,18 @@ class Assembly:
             return None
         return whole.tolist(), last
 
-    def _own_values(self, unit: SspUnit, variable: Variable) -> Iterator[_GivenValue]:
+    def _own_values(self, unit: SspUnit) -> dict[str, list[_GivenValue]]:
+        """The values that parameter sets give to the variables of a unit themselves, by variable."""
+        own: dict[str, list[_GivenValue]] = {}
         for name, value in self.values.variables.get(unit.component.path, {}).items():
-            target = unit.settable(name)
-            if target is not None and target.variable.name == variable.name:
-                yield target.index, value, (replace(value.step, to=unit.declared(variable)),)
+            if (target := unit.settable(name)) is not None:
+                steps = (replace(value.step, to=unit.declared(target.variable)),)
+                own.setdefault(target.variable.name, []).append((target.index, value, steps))
+        return own
 
-    def _values_of_connectors(self, ends: Sequence[ResolvedConnection]) -> Iterator[_GivenValue]:
-        for end in ends:
+    def _values_of_connectors(self, resolved: Sequence[ResolvedConnection]) -> Iterator[_GivenValue]:
+        """The values of connectors of systems that connections begin at; they replace those of the variable itself."""
+        for end in [r for r in resolved if r.unit is None]:
             for passed in reversed(end.passed):  # bindings further out replace those further in
                 value = self.values.connectors.get(passed.path)
                 connector = self.graph.connector(passed.path)
@@ -262,7 +269,7 @@ def _indices(variable: Variable) -> list[tuple[int, ...]]:
 
 
 def _element_name(variable: Variable, index: ElementIndex) -> str:
-    return variable.elements[_indices(variable).index(index)] if index else variable.name
+    return variable.element(index) if index else variable.name
 
 
 def _short(value: Any) -> str:

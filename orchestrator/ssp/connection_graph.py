@@ -79,13 +79,15 @@ class ConnectionGraph:
         """The connections into a variable: none, one into the whole variable, or those into its elements."""
         arriving = self._by_target.get((unit.component.path, target.variable.name), [])
         indices = [self._index(c, c.target, c.target_index) for c in arriving]
+        taken: dict[ElementIndex, int] = {}
         for i, index in enumerate(indices):
-            first = next((j for j, other in enumerate(indices[:i]) if index in (other, None) or other is None), None)
-            if first is not None:
+            same = [*taken.values()][:1] if index is None else [taken[k] for k in (index, None) if k in taken]
+            for first in same[:1]:
                 found = f"a second source of `{unit.name}.{arriving[i].target[1]}`"
                 valid = f"one source, as in {arriving[first].step.where}"
                 self._findings.add_problem(arriving[i].step.where, found, valid)
                 return []
+            taken[index] = i
         resolved: list[ResolvedConnection] = []
         for connection, index in zip(arriving, indices, strict=True):
             # the variable of the unit itself, not its connector, decides what arrives

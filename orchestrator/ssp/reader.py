@@ -90,7 +90,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     scene, scene_sources = _scene(known, settings.get("scene", ()), findings)
     system = _system(units, assembly, held, annotation, _steps(annotation, ssp_units, experiment.step))
     if system is None or findings.problems:
-        raise RequestError(dict.fromkeys(findings.problems))
+        raise findings.refusal()
     system = _following_table(system, document, known, options)
     given = {*known.held, *(system.table.paths if system.table else ())}
     findings.remarks += [*_undriven(assembly, given), *enumeration_remarks(system)]
@@ -111,7 +111,7 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
         record=known.record,
         algorithm=Algorithm.JACOBI if late else algorithm_named(known.algorithm),
         solve_loops=known.solve_loops,
-        remarks=(*findings.remarks, *experiment.remarks),
+        remarks=(*dict.fromkeys(findings.remarks), *experiment.remarks),
     )
 
 
@@ -185,7 +185,7 @@ def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:
     document = read_document(package, file)
     root = None if document is None else read_structure(document)
     if document is None or root is None:
-        raise RequestError(findings.problems)
+        raise findings.refusal()
     return document, root
 
 

@@ -149,8 +149,7 @@ def _source(
     source = Fmu(component.file, {}, lenient, interface_type=kind)
     if opened(source, component, findings) is None:
         return None
-    remarks = [f"{component.file.name}: {remark}" for remark in source.archive.remarks]
-    findings.remarks += [remark for remark in remarks if remark not in findings.remarks]
+    findings.remarks += [f"{component.file.name}: {remark}" for remark in source.archive.remarks]
     return source
 
 

@@ -223,16 +223,8 @@ def _unfitting(system: System, choice: Choice) -> Iterator[Problem]:
             continue
         others = [f"{unit}.{name}" for unit, source in system.units.items() for name in source.observable]
         if not any(fits(path, pattern) for path in others):
-            more = f" and {len(paths) - _LISTED} others" if len(paths) > _LISTED else ""
-            known = [*paths, *others[:_COMPARED]]
-            valid = choices(sorted(paths)[:_LISTED]) + more
-            yield Problem(f"record {pattern}", "a pattern that no signal fits", valid, _meant(pattern, known))
-
-
-_LISTED: Final = 100
-"""The most signals that a message lists."""
-_COMPARED: Final = 2000
-"""The most variables that a misspelled name is compared with."""
+            known = [*paths, *others]
+            yield Problem(f"record {pattern}", "a pattern that no signal fits", choices(paths), _meant(pattern, known))
 
 
 def _meant(pattern: str, paths: Iterable[str]) -> str:

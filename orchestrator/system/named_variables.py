@@ -100,9 +100,8 @@ def own_values(unit: str, source: UnitSource) -> list[str]:
         unit: The name of the unit.
         source: The source of the unit.
     """
-    untold = [
-        n for v in source.interface.parameters if (n := v.name) not in {*source.parameters, *source.interface.starts}
-    ]
+    told = {*source.parameters, *source.interface.starts}
+    untold = [v.name for v in source.interface.parameters if v.name not in told]
     if not (untold and source.has_own_values):
         return []
     return [f"{unit}: no start value in the file, the FMU keeps its own: {listed(untold, _LISTED, 'others')}"]
