@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
@@ -112,11 +112,18 @@ def open_units(
     """
     units: dict[tuple[str, ...], SspUnit] = {}
     taken: set[str] = set()
+    lenient = findings.lenient or ours
+
+    @cache
+    def fmu(file: Path, kind: InterfaceType | None) -> Fmu:
+        """A file is read once, however many components are made from it."""
+        return Fmu(file, {}, lenient, interface_type=kind)
+
     for component in (e for e in root.walk() if isinstance(e, Component)):
         name = component.name if ours else _unused("_".join(re.sub(r"\W", "_", n) for n in component.path), taken)
         taken.add(name)
         kind = choice.of(name, _implementation(component, findings))
-        source = _source(component, findings, kind, lenient=findings.lenient or ours)
+        source = _source(component, findings, partial(fmu, kind=kind), kind, lenient=lenient)
         if source is not None:
             units[component.path] = SspUnit.of(name, component, source)
     findings.problems += choice.problems(unit.name for unit in units.values() if unit.component.file is not None)
@@ -136,7 +143,12 @@ def _unused(name: str, taken: set[str]) -> str:
 
 
 def _source(
-    component: Component, findings: Findings, kind: InterfaceType | None, *, lenient: bool
+    component: Component,
+    findings: Findings,
+    fmu: Callable[[Path], Fmu],
+    kind: InterfaceType | None,
+    *,
+    lenient: bool,
 ) -> UnitSource | None:
     if component.block:
         return findings.attempt(
@@ -146,7 +158,7 @@ def _source(
         return None  # the structure has a problem for it already
     if component.file.suffix == MAPPING_SUFFIX:
         return findings.attempt(partial(_mapped, component.name, component.file, kind, lenient=lenient))
-    source = Fmu(component.file, {}, lenient, interface_type=kind)
+    source = fmu(component.file)
     if opened(source, component, findings) is None:
         return None
     findings.remarks += [f"{component.file.name}: {remark}" for remark in source.archive.remarks]

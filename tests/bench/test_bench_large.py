@@ -1,4 +1,4 @@
-"""What a system of 1000 units with 10 000 connections takes, beside one of a tenth of it: ten times as long, or less."""
+"""What 1000 units with 10 000 connections take, beside a tenth of them: ten times as long, or less."""
 
 from __future__ import annotations
 
