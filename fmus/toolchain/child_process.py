@@ -1,9 +1,11 @@
 """A child process that runs a module of this project: started, queried with a deadline, and ended in any case.
 
-Messages are pickled Python objects, one after the other. Requests go to the standard input of the child, answers come
-from its standard output. In the child, `ParentProcess` reserves both streams for the messages and moves them to other
-descriptors; what a library prints goes to standard error. Answers are sealed (`fmus.toolchain.sealed_messages`), so
-that what a library writes to descriptors that are not its own is never taken for an answer.
+Requests go to the standard input of the child, answers come from its standard output. In the child, `ParentProcess`
+reserves both streams for the messages and moves them to other descriptors; what a library prints goes to standard
+error. Requests are pickled, because the child trusts its parent; answers carry values only, of one type
+(`fmus.toolchain.typed_messages`), because the child may run foreign code. They are sealed
+(`fmus.toolchain.sealed_messages`), so that what a library writes to descriptors that are not its own is never taken for
+an answer. A third process between the two ends all that the child has started (`fmus.toolchain.keeper`).
 """
 
 from __future__ import annotations
@@ -18,13 +20,15 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import IO, Any, Final
+from typing import IO, Any, Final, Generic, TypeVar
 
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, Death
+from fmus.toolchain.keeper import FAMILY, end_family
 from fmus.toolchain.scratch import SCRATCH, scratch_root
 from fmus.toolchain.sealed_messages import ReadPipe, Seal, SealedMessages, SelectedPipe
+from fmus.toolchain.typed_messages import UnreadableMessageError, read, written
 
 _DIES_WITHIN: Final = 5.0
 """[s] The time within which a process that has closed its streams must have ended."""
@@ -32,59 +36,18 @@ _SLICE: Final = 0.1
 """[s] The time after which it is looked again whether the child is alive."""
 _SECRET: Final = 32
 """The bytes that seal the answers."""
-_SEAL: Final = "MACROSTEP_SEAL"
-"""The environment variable that the child learns them from, and removes."""
+_OBEYS: Final = 3.0
+"""[s] The time that the process has which is to end the child."""
 _DESCRIPTORS: Final = (128, 100)
 """The lowest descriptor that the streams of a child are moved to, and from how many one is chosen."""
 _SELECTS: Final = os.name == "posix"
 """Whether the system can wait for a pipe; elsewhere a thread reads it."""
+_IS_KEPT: Final = sys.platform == "linux"
+"""Whether there is a process between this one and the child."""
+T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Death:
-    """How a process ended."""
-
-    code: int
-    """The exit code, or the negative number of the signal that ended the process."""
-
-    @property
-    def signal(self) -> signal.Signals | None:
-        """The signal that ended the process, if one did."""
-        return signal.Signals(-self.code) if self.code < 0 else None
-
-
-def death_in_words(death: Death | None) -> str:
-    """How a process ended that was to answer: the signal or the exit code; None is one that is still alive."""
-    if death is None:
-        return "it closed the pipe"
-    return death.signal.name if death.signal else f"exit code {death.code}"
-
-
-class ChildDiedError(RuntimeError):
-    """The child process ended, or closed its streams, before it answered.
-
-    Args:
-        death: How the process ended; None for one that is still alive.
-    """
-
-    def __init__(self, death: Death | None) -> None:
-        self.death = death
-        super().__init__("the child process ended before it answered")
-
-
-class ChildSilentError(RuntimeError):
-    """The child process did not answer in time and was ended.
-
-    Args:
-        within: The time that it had [s].
-    """
-
-    def __init__(self, within: float) -> None:
-        self.within = within
-        super().__init__(f"the child process did not answer within {within:g} s")
-
-
-class ChildProcess:
+class ChildProcess(Generic[T]):
     """A running child process; `close` has to be called at the end.
 
     The child is in a session of its own: Ctrl-C in the terminal reaches only this process, which ends the child in an
@@ -92,41 +55,82 @@ class ChildProcess:
 
     Args:
         module: Name of the module that the child runs with `python -m`; it uses `ParentProcess`.
+        answers: The type of its answers.
         environment: Environment variables that differ from those of this process.
         errors: The file that standard error is written to; that of this process where none is given.
+        shared: Descriptors of this process that the child has too, under the same numbers.
+        outlives: Whether the child goes on when this process has ended.
     """
 
-    def __init__(
-        self, module: str, environment: Mapping[str, str] | None = None, errors: IO[bytes] | None = None
+    def __init__(  # noqa: PLR0913 - what a process is started with
+        self,
+        module: str,
+        answers: type[T],
+        environment: Mapping[str, str] | None = None,
+        errors: IO[bytes] | None = None,
+        *,
+        shared: Sequence[int] = (),
+        outlives: bool = False,
     ) -> None:
+        self._kind = answers
         seal = Seal(secrets.token_bytes(_SECRET))
+        self._family = secrets.token_hex(8)
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter
-            [sys.executable, "-P", "-m", module],
+            [sys.executable, "-P", "-m", "fmus.toolchain.keeper", module, *["outlives"] * outlives],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
-            env={**os.environ, SCRATCH: str(scratch_root()), **(environment or {}), _SEAL: seal.secret.hex()},
+            env={**os.environ, SCRATCH: str(scratch_root()), **(environment or {}), FAMILY: self._family},
             start_new_session=True,
+            pass_fds=shared,
         )
         self.requests = _there(self._process.stdin)
         """The stream that the child reads requests from."""
-        answers = _there(self._process.stdout)
-        self._answers = SealedMessages(SelectedPipe(answers) if _SELECTS else ReadPipe(answers), seal)
+        self._write(seal.secret, None)
+        pipe = _there(self._process.stdout)
+        self._answers = SealedMessages(SelectedPipe(pipe) if _SELECTS else ReadPipe(pipe), seal)
 
-    def ask(self, request: object, within: float | None = None) -> Any:
+    def ask(self, request: object, within: float | None = None) -> T:
         """Send a request and wait for its answer, as `answer` does."""
-        self.send(request)
+        self.send(request, within)
         return self.answer(within)
 
-    def send(self, request: object) -> None:
-        """Send a request without waiting for its answer. Raises `ChildDiedError`."""
+    def send(self, request: object, within: float | None = None) -> None:
+        """Send a request without waiting for its answer.
+
+        Args:
+            request: What the child is asked for.
+            within: The time [s] in which the child has to take it.
+
+        Raises:
+            ChildDiedError: The child has ended.
+            ChildSilentError: The child did not take it in time, and has been ended.
+        """
         try:
-            pickle.dump(request, self.requests, pickle.HIGHEST_PROTOCOL)
-            self.requests.flush()
+            self._write(pickle.dumps(request, pickle.HIGHEST_PROTOCOL), within)
         except OSError as error:
             raise ChildDiedError(self.death(_DIES_WITHIN)) from error
 
-    def answer(self, within: float | None = None) -> Any:
+    def _write(self, content: bytes, within: float | None) -> None:
+        if within is None or not _SELECTS:
+            self.requests.write(content)
+            self.requests.flush()
+            return
+        deadline, left, pipe = time.monotonic() + within, memoryview(content), self.requests.fileno()
+        os.set_blocking(pipe, False)
+        try:
+            while left:
+                try:
+                    left = left[os.write(pipe, left) :]
+                except BlockingIOError:
+                    select.select([], [pipe], [], _SLICE)
+                    if time.monotonic() > deadline:
+                        self.kill()
+                        raise ChildSilentError(within) from None
+        finally:
+            os.set_blocking(pipe, True)
+
+    def answer(self, within: float | None = None) -> T:
         """Wait for the next answer.
 
         Args:
@@ -136,6 +140,7 @@ class ChildProcess:
             ChildDiedError: The child ended before it answered.
             ChildSilentError: The child did not answer in time; it has been ended, as its late answer would be taken
                 for that to the next request.
+            UnreadableMessageError: The answer is of another type; the child has been ended.
         """
         deadline = math.inf if within is None else time.monotonic() + within
         try:
@@ -143,9 +148,12 @@ class ChildProcess:
                 if time.monotonic() >= deadline:
                     self.kill()
                     raise ChildSilentError(within or 0.0)
-            return pickle.loads(message)  # noqa: S301 - from our own process
-        except (EOFError, OSError, pickle.UnpicklingError) as error:
+            return read(message, self._kind)
+        except (EOFError, OSError) as error:
             raise ChildDiedError(self.death(_DIES_WITHIN)) from error
+        except UnreadableMessageError:
+            self.kill()
+            raise
 
     def _next(self, within: float) -> bytes | None:
         """The next answer if it comes within that time [s]. Raises `EOFError` where none can come any more."""
@@ -176,14 +184,20 @@ class ChildProcess:
 
     def kill(self) -> None:
         """End the child at once, and what it has started; this may be called after its end, too."""
+        if self.is_alive and _IS_KEPT:
+            self._process.terminate()  # the process between ends the others, and then itself
+            self.death(_OBEYS)
         if hasattr(os, "killpg"):
             with suppress(ProcessLookupError, PermissionError):  # nothing is left of its group
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
+        if _IS_KEPT and self.death(_OBEYS) == Death(-signal.SIGKILL):  # perhaps before it has ended the others
+            end_family(self._family)
 
     def close(self) -> None:
         """Wait for the end of the child, and release what belongs to it here. May be called more than once."""
-        self._process.wait()
+        if self.death() == Death(-signal.SIGKILL) and _IS_KEPT:
+            end_family(self._family)
         for stream in (self.requests, self._answers):
             with suppress(OSError):  # nothing receives what has not been sent yet
                 stream.close()
@@ -194,12 +208,12 @@ class ParentProcess:
 
     def __init__(self) -> None:
         self.requests: IO[bytes] = os.fdopen(moved(0), "rb")
+        self._seal = Seal(self.requests.read(_SECRET))
         self._answers = os.fdopen(moved(1), "wb")
         nothing = os.open(os.devnull, os.O_RDONLY)
         os.dup2(nothing, 0)
         os.close(nothing)
         os.dup2(2, 1)
-        self._seal = Seal(bytes.fromhex(os.environ.pop(_SEAL, "")))
 
     def request(self) -> Any:
         """Wait for the next request. Raises `EOFError` when there will be none, because the parent has ended."""
@@ -210,10 +224,16 @@ class ParentProcess:
             raise EOFError from error
 
     def answer(self, message: object) -> None:
-        """Send one answer. Raises `EOFError` when nobody can receive it, because the parent has ended."""
+        """Send one answer.
+
+        Raises:
+            EOFError: Nobody can receive it, because the parent has ended.
+            MessageSizeError: It is larger than an answer may be; nothing has been sent.
+        """
+        sealed = self._seal.sealed(written(message))
         try:
             _block(self._answers)
-            self._answers.write(self._seal.sealed(pickle.dumps(message, pickle.HIGHEST_PROTOCOL)))
+            self._answers.write(sealed)
             self._answers.flush()
         except OSError as error:
             raise EOFError from error

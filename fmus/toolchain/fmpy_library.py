@@ -27,7 +27,7 @@ import zipfile
 from collections.abc import Callable
 from ctypes import CDLL
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -228,7 +228,7 @@ class _AnyFunctions:
 
     def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
         own = f"{self.modelIdentifier}_" if isinstance(self, fmi1.FMU1Slave | fmi1.FMU1Model) else ""
-        self.dll = FunctionLibrary(self.dll, self._function_prefix, partial(FMICallException, status=fmi3Error), own)
+        self.dll = FunctionLibrary(self.dll, self._function_prefix, FMICallException, own)
         super()._loadFunctions()  # type: ignore[misc]
 
 

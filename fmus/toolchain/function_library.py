@@ -4,9 +4,16 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Collection
 from ctypes import CDLL
-from typing import Any
+from typing import Any, Final
+
+from fmus.toolchain.last_call import noted
+
+_WARNING: Final = 1
+_ERROR: Final = 3
+"""Numbers of FMI for the status of a call."""
 
 
 class FunctionLibrary(CDLL):
@@ -15,13 +22,24 @@ class FunctionLibrary(CDLL):
     Args:
         library: The library.
         prefix: What stands before the names of its functions.
-        absent: The error of a call of a function that it lacks, by the name of the function.
+        failure: The error of a call, by the name of the function and the FMI status.
         own_prefix: What FMPy puts before the names that it looks up.
     """
 
-    def __init__(self, library: CDLL, prefix: str, absent: Callable[[str], Exception], own_prefix: str = "") -> None:
+    def __init__(
+        self, library: CDLL, prefix: str, failure: Callable[[str, int], Exception], own_prefix: str = ""
+    ) -> None:
         super().__init__(library._name, handle=library._handle)  # noqa: SLF001 - ctypes has no public name for them
-        self._prefix, self._absent, self._own_prefix = prefix, absent, own_prefix
+        self._prefix, self._own_prefix = prefix, own_prefix
+        self.failure = failure
+        self.warned: Callable[[str], None] = lambda _: None
+        """Called with the name of a function that returned a warning."""
+
+    def __getattr__(self, name: str) -> Any:
+        """As FMPy looks a function up: its calls are noted, and its status is looked at."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return _CheckedFunction(name.removeprefix(self._own_prefix), self[name], self)
 
     def __getitem__(self, name: Any) -> Any:
         """A function by its name in FMI; one that is absent can be looked up, but not be called."""
@@ -31,7 +49,7 @@ class FunctionLibrary(CDLL):
                 return super().__getitem__(candidate)
             except AttributeError:
                 pass
-        return _AbsentFunction(self._absent(name))
+        return _AbsentFunction(self.failure(name, _ERROR))
 
 
 class _AbsentFunction:
@@ -42,6 +60,31 @@ class _AbsentFunction:
 
     def __call__(self, *_: Any) -> Any:
         raise self._error
+
+
+class _CheckedFunction:
+    """A function of which FMPy notes the types, and checks only whether its status is larger than that of a warning."""
+
+    restype: Any = None
+    argtypes: Any = ()
+
+    def __init__(self, name: str, function: Any, library: FunctionLibrary) -> None:
+        self._name, self._function, self._library = name, function, library
+        self._call = noted(name, function)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+        if name in {"restype", "argtypes"}:
+            setattr(self._function, name, value)
+
+    def __call__(self, *arguments: Any) -> Any:
+        result = self._call(*arguments)
+        if self.restype is ctypes.c_int:
+            if result == _WARNING:
+                self._library.warned(self._name)
+            elif result < 0:
+                raise self._library.failure(self._name, result)
+        return result
 
 
 def function_prefix(offered: Collection[str], identifier: str, known: str) -> str:

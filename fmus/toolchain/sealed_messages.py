@@ -14,6 +14,8 @@ from typing import IO, Final
 
 from typing_extensions import override
 
+from fmus.toolchain.limits import LARGEST_ANSWER
+
 _MARK: Final = 16
 _LENGTH: Final = struct.Struct("<Q")
 _DIGEST: Final = 16
@@ -21,6 +23,10 @@ _AT_ONCE: Final = 1 << 16
 """The bytes that are read at once."""
 _FLOOD: Final = 1.0
 """[s] The time after the deadline in which what comes is still read: a message, or something else without end."""
+
+
+class MessageSizeError(ValueError):
+    """A message that is larger than any may be."""
 
 
 class Seal:
@@ -36,7 +42,9 @@ class Seal:
         """The bytes that a message begins with."""
 
     def sealed(self, message: bytes) -> bytes:
-        """A message as it is written."""
+        """A message as it is written. Raises `MessageSizeError`."""
+        if len(message) > LARGEST_ANSWER:
+            raise MessageSizeError(f"a message of {len(message)} bytes, of at most {LARGEST_ANSWER}")
         return self.mark + _LENGTH.pack(len(message)) + self.digest(message) + message
 
     def digest(self, message: bytes) -> bytes:
@@ -151,15 +159,19 @@ class SealedMessages:
             if len(self._data) < head:
                 return None
             (length,) = _LENGTH.unpack_from(self._data, _MARK)
-            if len(self._data) < head + length:
+            if length <= LARGEST_ANSWER and len(self._data) < head + length:
                 return None
-            digest, message = bytes(self._data[head - _DIGEST : head]), bytes(self._data[head : head + length])
-            if digest == self._seal.digest(message):
+            if length <= LARGEST_ANSWER and self._is_sealed(message := bytes(self._data[head : head + length])):
                 del self._data[: head + length]
                 return message
             del self._data[:_MARK]  # something else was written into it
         del self._data[: max(0, len(self._data) - _MARK + 1)]
         return None
+
+    def _is_sealed(self, message: bytes) -> bool:
+        """Whether the message at the beginning of the data is what its head announces."""
+        digest = self._data[_MARK + _LENGTH.size : _MARK + _LENGTH.size + _DIGEST]
+        return digest == self._seal.digest(message)
 
     def close(self) -> None:
         """Release the pipe."""

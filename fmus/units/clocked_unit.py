@@ -14,6 +14,7 @@ from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.capabilities import EventCapability
 from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.event_mode import EventError, EventMode, StepResult
+from fmus.units.fmu_unit import NONSENSE, in_words
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 
@@ -132,8 +133,10 @@ class ClockedEvents(EventCapability):
         """Call a function; `action` names the failure in the error. Raises `UnitError`."""
         try:
             return function(*arguments)
-        except (FMICallException, EventError) as error:
+        except EventError as error:
             raise UnitError(self._unit.name, f"{action}: {error}", self._unit.messages) from error
+        except (FMICallException, *NONSENSE) as error:
+            raise UnitError(self._unit.name, f"{action}: {in_words(error)}", self._unit.messages) from error
 
     @property
     def _used(self) -> EventMode:

@@ -24,12 +24,20 @@ from fmus.toolchain.fmpy_library import (
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI2_API, FMI3_API
 from fmus.units.fmu_unit import FmuUnit
-from fmus.units.unit import FMI_WARNING, EndRequested, ExperimentSetup, UnitError, carry_out
+from fmus.units.unit import EndRequested, ExperimentSetup, UnitError, carry_out, is_failure
 from fmus.units.value_calls import ADDRESS, library_function
 
 _DISCARD: Final = 2
 """The FMI status of a step that was not made to its end."""
 _SAME_TIME: Final = 1e-9
+_NOT_WRITTEN: Final = -1.7e308
+"""[s] The time that a step has reached before an FMU says which; some never do."""
+
+
+def _is_within(t: float, reached: float, end: float) -> bool:
+    """Whether a step from `t` to `end` [s] can have reached that time, which may be no number."""
+    tolerance = _SAME_TIME * max(1.0, abs(end))
+    return t - tolerance <= reached <= end + tolerance
 
 
 class CoSimulationUnit(FmuUnit):
@@ -37,7 +45,7 @@ class CoSimulationUnit(FmuUnit):
 
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""
-        if status <= FMI_WARNING or t != self._setup.start or self._stop_is_told or self._setup.stop is None:
+        if not is_failure(status) or t != self._setup.start or self._stop_is_told or self._setup.stop is None:
             return status
         try:
             self._tell_stop(UnitError(self.name, "the first step failed", self.messages))
@@ -81,22 +89,24 @@ class Fmu2Unit(CoSimulationUnit):
     @override
     def step(self, t: float, h: float) -> object:
         status = self._do_step(self._component, t, h, 1)
-        if status > FMI_WARNING:
+        if status and is_failure(status):
             if status == _DISCARD:
-                self._raise_end(t + h)
+                self._raise_end(t, t + h)
             return self._stepped(status, t, h)
         return status
 
-    def _raise_end(self, end: float) -> None:
-        """Raise `EndRequested` if the FMU discarded the step to `end` [s] because its simulation is over."""
+    def _raise_end(self, t: float, end: float) -> None:
+        """Raise `EndRequested` if the FMU discarded the step from `t` to `end` [s] because its simulation is over."""
         try:
             if not self._fmu.getBooleanStatus(fmi2Terminated):
                 return
             reached = float(self._fmu.getRealStatus(fmi2LastSuccessfulTime))
         except (FMICallException, AttributeError):  # not every FMU knows; without an answer it is an ordinary failure
             return
-        if reached <= end:
-            raise EndRequested(self.name, reached)
+        if not _is_within(t, reached, end):
+            self.messages.append(f"it says that it ends at {reached:g} s, which is not within the step")
+            return
+        raise EndRequested(self.name, reached)
 
 
 class Fmu3Unit(CoSimulationUnit):
@@ -126,23 +136,40 @@ class Fmu3Unit(CoSimulationUnit):
         arguments = [ADDRESS, ctypes.c_double, ctypes.c_double, ctypes.c_bool, *[ADDRESS] * 4]
         self._do_step = library_function(self._fmu, self.api, "DoStep", arguments)
         self._flags = ctypes.create_string_buffer(3)  # event needed, terminate, early return
-        self._reached = ctypes.c_double()
+        self._reached = ctypes.c_double(_NOT_WRITTEN)
+        self._is_off = False
         first = ctypes.addressof(self._flags)
         self._results = (first, first + 1, first + 2, ctypes.addressof(self._reached))
 
     @override
     def step(self, t: float, h: float) -> object:
         status = self._do_step(self._component, t, h, 1, *self._results)
-        if status > FMI_WARNING:
+        if status and is_failure(status):
             return self._stepped(status, t, h)
         if self._flags.raw != b"\0\0\0":
-            return self._flagged(status, t + h)
+            return self._flagged(status, t, t + h)
+        if self._reached.value != t + h:
+            self._compare_reached(t, t + h)
         return status
 
-    def _flagged(self, status: int, end: float) -> object:
-        """The status of a step to `end` [s] after which the FMU asks for something. Raises `EndRequested`."""
+    def _compare_reached(self, t: float, end: float) -> None:
+        """Say that a step from `t` to `end` [s] ended elsewhere for the FMU, which did not return early."""
+        reached = self._reached.value
+        if reached != _NOT_WRITTEN and not abs(reached - end) <= _SAME_TIME * max(1.0, abs(end)):
+            where = f"in the step from {t:g} s to {end:g} s it says that it has reached {reached:g} s"
+            if not self._is_off:  # it may say so in every step
+                self.remark(f"{where}; the step is taken as whole")
+            self._is_off = True
+
+    def _flagged(self, status: int, t: float, end: float) -> object:
+        """The status of a step from `t` to `end` [s] after which the FMU asks for something. Raises `EndRequested`."""
         _, terminate, early = (bool(flag) for flag in self._flags.raw)
         reached = self._reached.value
+        if early and reached != _NOT_WRITTEN and not _is_within(t, reached, end):
+            self.messages.append(
+                f"it returned early, and says that it has reached {reached:g} s in the step at {t:g} s"
+            )
+            return max(status, fmi3Error)
         if terminate:
             raise EndRequested(self.name, min(reached, end) if early else end)
         if early and reached < end - _SAME_TIME * max(1.0, abs(end)):

@@ -12,10 +12,12 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from fmus.toolchain.last_call import LONGEST_NAME
 from fmus.toolchain.shared_counter import SharedCounter
 
 _SIZE: Final = 4096
 _REQUESTS, _REPLIES, _REQUEST_AT, _REPLY_AT = 0, 64, 128, 192  # on cache lines of their own
+_CALLED_AT: Final = 256
 _REQUEST: Final = struct.Struct("=q??6xdd")
 _REPLY: Final = struct.Struct("=q?7x")
 _IDLE: Final = 60.0
@@ -63,6 +65,8 @@ class ControlBlock:
             self._memory = mmap.mmap(opened.fileno(), _SIZE)
         self._requests = SharedCounter(self._memory, _REQUESTS)
         self._replies = SharedCounter(self._memory, _REPLIES)
+        self.called = memoryview(self._memory)[_CALLED_AT : _CALLED_AT + LONGEST_NAME]
+        """The name of the function of the FMU that the child has called last."""
         self._seen = 0
         """The last request that the child has seen, or the last reply that the parent expects."""
 
@@ -103,4 +107,5 @@ class ControlBlock:
         """Release the memory; nothing may follow."""
         self._requests.release()
         self._replies.release()
+        self.called.release()
         self._memory.close()

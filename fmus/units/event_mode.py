@@ -21,7 +21,7 @@ from fmus.toolchain.fmpy_library import (
     fmi3IntervalQualifier,
     fmi3ValueReference,
 )
-from fmus.units.unit import FMI_WARNING, EndRequested
+from fmus.units.unit import EndRequested, is_failure
 
 EVENT_ITERATIONS: Final = 1000
 """The most event iterations at one instant; an FMU that needs more is assumed never to settle."""
@@ -139,7 +139,7 @@ class EventMode:
         Returns:
             0, or the FMI status of the step that failed.
         """
-        now, end = t, t + h
+        now, end, stays = t, t + h, 0
         while now < end - _tolerance(end):
             if self._in_event_mode:
                 self._fmu.enterStepMode()
@@ -147,11 +147,14 @@ class EventMode:
             due = min(self._next.values(), default=end)
             target = due if now + _tolerance(due) < due < end - _tolerance(end) else end
             status, interrupted, terminate, reached = do_step(now, target - now)
-            if status > FMI_WARNING:
+            if is_failure(status):
                 return status
+            if not now - _tolerance(now) <= reached <= target + _tolerance(target):
+                raise EventError(f"it says that it has reached {reached:g} s in a step from {now:g} s to {target:g} s")
             if terminate:
                 raise EndRequested(self._name, reached)
-            if not interrupted and reached <= now:
+            stays = stays + 1 if reached <= now else 0
+            if stays > EVENT_ITERATIONS or (stays and not interrupted):
                 raise EventError(f"it returned early from its step without having moved, at {now:g} s")
             self.now = now = reached if reached < target - _tolerance(target) else target
             if now < end - _tolerance(end) or (interrupted and self.settles):
@@ -195,6 +198,8 @@ class EventMode:
         interval, qualifier = self._interval(clock)
         if qualifier != fmi3IntervalChanged:
             return
+        if not interval >= 0:
+            raise EventError(f"the clock with value reference {clock.reference} has the interval {interval:g} s")
         if clock.interval_variability == "tunable" or (clock.interval_variability == "changing" and interval > 0):
             known = self._ticks.get(clock.reference)
             if known is None or known[1] != interval:

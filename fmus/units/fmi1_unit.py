@@ -27,7 +27,16 @@ from fmus.units.co_simulation import CoSimulationUnit
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI1_API
 from fmus.units.fmu_unit import FmuUnit
-from fmus.units.unit import DEFAULT_SETUP, FMI_WARNING, ExperimentSetup, Operation, TypedColumns, UnitError, carry_out
+from fmus.units.unit import (
+    DEFAULT_SETUP,
+    FMI_WARNING,
+    ExperimentSetup,
+    Operation,
+    TypedColumns,
+    UnitError,
+    carry_out,
+    is_failure,
+)
 from fmus.units.value_calls import ADDRESS, library_function
 
 
@@ -96,7 +105,7 @@ class Fmu1Unit(Fmi1Unit, CoSimulationUnit):
         function = library_function(self._fmu, self.api, "InitializeSlave", arguments)
         stop = self._told.stop
         status = function(self._component, self._told.start, stop is not None, 0.0 if stop is None else stop)
-        if status > FMI_WARNING:
+        if is_failure(status):
             error = FMICallException("fmiInitializeSlave", status)
             raise UnitError(self.name, f"the initialization failed: {error}", self.messages)
 
@@ -108,7 +117,7 @@ class Fmu1Unit(Fmi1Unit, CoSimulationUnit):
     @override
     def step(self, t: float, h: float) -> object:
         status = self._do_step(self._component, t, h, 1)
-        return self._stepped(status, t, h) if status > FMI_WARNING else status
+        return self._stepped(status, t, h) if is_failure(status) else status
 
     @override
     def _free_instance(self) -> None:

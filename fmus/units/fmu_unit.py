@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
@@ -29,10 +29,22 @@ from fmus.toolchain.fmpy_library import FMICallException
 from fmus.toolchain.scratch import scratch_folder
 from fmus.units.capabilities import StateCapability
 from fmus.units.fmi_api import FmiApi
-from fmus.units.unit import DEFAULT_SETUP, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, carry_out, views
+from fmus.units.unit import (
+    DEFAULT_SETUP,
+    ExperimentSetup,
+    Operation,
+    TypedColumns,
+    Unit,
+    UnitError,
+    carry_out,
+    is_failure,
+    views,
+)
 from fmus.units.value_calls import AccessVerb, ValueCalls
 
-_FAILURES = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
+NONSENSE: Final = (MemoryError, OverflowError, ValueError, ctypes.ArgumentError, OSError)
+"""What FMPy and ctypes raise for numbers that a library must not give, such as the size of a state."""
+_FAILURES: Final = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
 """FMI's names for the categories of messages that say why a call failed."""
 
 
@@ -65,6 +77,7 @@ class FmuUnit(Unit):
             folder = archive.unpacked or self._unpacked()
             self._fmu = loaded(self._fmpy_class(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
+            self._fmu.dll.warned = lambda function: self.warned(f"`{function}`")
             self._make_instance()
             self._resources.callback(self._free_instance)
         except BaseException:
@@ -130,16 +143,17 @@ class FmuUnit(Unit):
         """Call a method of FMPy's object; `action` names the failure in the error. Raises `UnitError`."""
         try:
             return function(*arguments)
-        except FMICallException as error:
-            raise UnitError(self.name, f"{action}: {error}", self.messages) from error
+        except (FMICallException, *NONSENSE) as error:
+            raise UnitError(self.name, f"{action}: {in_words(error)}", self.messages) from error
 
-    def _log(self, status: int, message: bytes) -> None:
-        if status > 0:
-            self.messages.append(message.decode("utf-8", "replace"))
+    def _log(self, status: int, message: bytes | None) -> None:
+        if status:
+            self.messages.append(message, status)
 
     def _value_calls(self) -> ValueCalls:
         archive = self._archive
-        return ValueCalls(self._fmu, self.api, self._component, archive.references, archive.negated)
+        references, negated = archive.references, archive.negated
+        return ValueCalls(self._fmu, self.api, self._component, references, negated, unit=self)
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
@@ -189,9 +203,12 @@ class FmuUnit(Unit):
 
     def _set_parameter(self, calls: ValueCalls, variable: Variable, value: Any) -> None:
         column = np.array(value, dtype=DTYPES[variable.quantity.type]).ravel()
-        if status := calls.mover("Set", [variable], column)():
+        status = calls.mover("Set", [variable], column)()
+        if is_failure(status):
             action = f"setting the parameter {variable.name} to {value} (status {status})"
             raise UnitError(self.name, action, self.messages)
+        if status:
+            self.warned(f"setting the parameter {variable.name}")
 
     @override
     def tune(self, parameter: str, value: Any) -> None:
@@ -218,6 +235,10 @@ class FmuUnit(Unit):
     @override
     def terminate(self) -> None:
         self._check("it could not be terminated", self._fmu.terminate)
+        if self.warnings > 1:
+            self.remark(f"its calls returned {self.warnings} warnings in all")
+        elif self.messages and not self.warnings:
+            self.remark(f"it wrote: {'; '.join(self.messages.said())}")
 
     def reset(self) -> None:
         """Return to the state after the instance was made; `enter_initialization` has to follow. Raises `UnitError`."""
@@ -226,6 +247,13 @@ class FmuUnit(Unit):
     @override
     def close(self) -> None:
         self._resources.close()
+
+
+def in_words(error: Exception) -> str:
+    """Why a call failed."""
+    if isinstance(error, FMICallException):
+        return str(error)
+    return f"its answer is none that can be ({type(error).__name__}{f': {error}' if str(error) else ''})"
 
 
 class FmuState(StateCapability):

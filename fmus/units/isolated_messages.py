@@ -10,7 +10,6 @@ import io
 import mmap
 import pickle
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
@@ -20,13 +19,22 @@ import numpy as np
 from lxml import etree
 from typing_extensions import override
 
+from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import DTYPES, Type, zeros
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.unpack import parse_xml
+from fmus.toolchain.foreign_text import plain
+from fmus.toolchain.limits import MOST_TOLD
+from fmus.toolchain.typed_messages import UnreadableMessageError
 from fmus.unit_interface import Interface
-from fmus.units.unit import Column, TypedColumns, widths
+from fmus.units.message_log import Message
+from fmus.units.unit import Column, EndRequested, TypedColumns, UnitError, widths
 
 _ALIGNMENT: Final = 8
+_LONGEST: Final = 4000
+"""[characters] A text that says what is wrong with a file or a call; its parts are bounded before."""
+_PROBLEMS: Final = 100
+"""The problems of one file that are told."""
 _LISTS: Final = (
     *("modelVariables", "outputs", "derivatives", "clockedStates", "eventIndicators", "initialUnknowns"),
     *("unitDefinitions", "typeDefinitions"),
@@ -108,32 +116,41 @@ class UnitCall:
 
 @dataclass(frozen=True)
 class Raised:
-    """An exception on its way to another process, as exceptions that take several arguments do not pickle."""
+    """An exception on its way to another process: of a unit that failed or ends, or of an FMU that is refused."""
 
-    kind: type[Exception]
-    arguments: tuple[Any, ...]
-    content: Mapping[str, Any]
+    action: str = ""
+    said: tuple[str, ...] = ()
+    ends: float | None = None
+    """[s] The time at which the unit wants the run to end."""
+    problems: tuple[Problem, ...] = ()
 
     @classmethod
     def of(cls, error: Exception) -> Raised:
         """What an exception consists of."""
-        return cls(type(error), error.args, dict(vars(error)))
+        if isinstance(error, EndRequested):
+            return cls(ends=error.time)
+        if isinstance(error, RequestError):
+            return cls(problems=error.problems)
+        if isinstance(error, UnitError):
+            return cls(error.action, error.said)
+        return cls(f"it failed in its process ({type(error).__name__}: {error})")
 
-    @property
-    def error(self) -> Exception:
-        """The exception."""
-        error = self.kind.__new__(self.kind)
-        error.args = self.arguments
-        vars(error).update(self.content)
-        return error
+    def error(self, unit: str) -> Exception:
+        """The exception, of that unit."""
+        if self.ends is not None:
+            return EndRequested(unit, self.ends)
+        if self.problems:
+            problems = [(p.where, p.found, p.valid, p.remedy) for p in self.problems[:_PROBLEMS]]
+            return RequestError(Problem(*(plain(part, _LONGEST) for part in parts)) for parts in problems)
+        return UnitError(unit, plain(self.action, _LONGEST), [plain(text) for text in self.said[: MOST_TOLD + 1]])
 
 
 @dataclass(frozen=True)
 class UnitReply:
     """The reply to a request."""
 
-    value: Any = None
-    messages: tuple[str, ...] = ()
+    value: bool | int | list[str] | None = None
+    messages: tuple[Message, ...] = ()
     remarks: tuple[str, ...] = ()
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
     """The outputs that are texts or bytes, type by type."""
@@ -172,9 +189,21 @@ def texts(columns: TypedColumns) -> list[list[Any]]:
 
 
 def put_texts(columns: TypedColumns, values: list[list[Any]]) -> None:
-    """Write the values that `texts` gave; an empty list, where they were not requested, changes nothing."""
-    for column, items in zip([c for kind, c in columns.items() if not kind.is_number], values, strict=False):
-        column[:] = items
+    """Write the values that `texts` gave; an empty list, where they were not requested, changes nothing.
+
+    Raises:
+        UnreadableMessageError: They are not those of these columns.
+    """
+    if not values:
+        return
+    kinds = [kind for kind in columns if not kind.is_number]
+    if len(values) != len(kinds):
+        raise UnreadableMessageError(f"texts of {len(values)} types")
+    for kind, items in zip(kinds, values, strict=True):
+        of_kind = bytes if kind is Type.BINARY else str
+        if len(items) != columns[kind].size or not all(isinstance(item, of_kind) for item in items):
+            raise UnreadableMessageError(f"other values of type {kind.value} than were asked for")
+        columns[kind][:] = items
 
 
 def _bytes(kind: Type, n: int) -> int:

@@ -10,21 +10,20 @@ from typing import Any, Final
 
 from typing_extensions import override
 
-from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
 from fmus.toolchain.child_process import ParentProcess
+from fmus.toolchain.last_call import note_calls
+from fmus.toolchain.sealed_messages import MessageSizeError
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, Raised, UnitCall, UnitReply, map_columns, put_texts, texts
 from fmus.units.make import fmu_unit
-from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, UnitError, carry_out
+from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, carry_out
 
 _OF_UNITS: Final = ("enter_initialization", "exit_initialization", "step", "tune", "terminate", "close")
 _OF_EVENTS: Final = ("activate", "update", "fired", "trigger")
 _OF_STATES: Final = ("save", "restore", "forget")
 """The methods that can be called from the other process."""
-_RAISED: Final = (RequestError, UnitError, EndRequested)
-"""What is raised there as it is here."""
 
 
 def main() -> None:
@@ -36,21 +35,24 @@ def main() -> None:
         request: Instantiation = parent.request()
         host = _made(parent, request)
         if host is not None:
-            _serve(parent, host, None if request.control is None else ControlBlock(request.control))
+            _serve(parent, *host)
     except EOFError:  # the parent has ended
         return
 
 
-def _made(parent: ParentProcess, request: Instantiation) -> _Host | None:
+def _made(parent: ParentProcess, request: Instantiation) -> tuple[_Host, ControlBlock | None] | None:
     """Make the unit, and say so."""
     os.chdir(request.folder)  # paths are relative to it, and files that an FMU makes belong there
     try:
+        block = None if request.control is None else ControlBlock(request.control)
+        if block is not None:
+            note_calls(block.called)
         host = _Host(request)
-    except _RAISED as error:
+    except Exception as error:  # noqa: BLE001 - whatever an FMU leads to is told by the other process
         parent.answer(UnitReply(raised=Raised.of(error)))
         return None
-    parent.answer(host.reply(host.demands_events))
-    return host
+    _answer(parent, host.reply(host.demands_events))
+    return host, block
 
 
 def _serve(parent: ParentProcess, host: _Host, block: ControlBlock | None) -> None:
@@ -64,14 +66,22 @@ def _serve(parent: ParentProcess, host: _Host, block: ControlBlock | None) -> No
                 block.answer(reply)
             else:
                 block.answer(message=True)
-                parent.answer(reply)
+                _answer(parent, reply)
             continue
         call: UnitCall = parent.request()
         reply = host.carry_out(call)
         closed = call.method == "close"
         if block is not None:
             block.answer(message=True)
+        _answer(parent, reply)
+
+
+def _answer(parent: ParentProcess, reply: UnitReply) -> None:
+    """Answer, or say that the answer is too large. Raises `EOFError`."""
+    try:
         parent.answer(reply)
+    except MessageSizeError as error:
+        parent.answer(UnitReply(raised=Raised(f"its outputs are {error}")))
 
 
 class _Host:
@@ -106,7 +116,7 @@ class _Host:
             return self.reply(
                 self._between(call.set_first, call.get_after, self._methods[call.method], *call.arguments)
             )
-        except _RAISED as error:
+        except Exception as error:  # noqa: BLE001 - as above
             return self.reply(raised=error)
 
     def carry_out_quickly(self, request: QuickRequest) -> int | UnitReply:
@@ -115,7 +125,7 @@ class _Host:
         times = () if call is QuickCall.GET else (t, h)
         try:
             value = self._between(set_first, get_after, self._quick[call], *times)
-        except _RAISED as error:
+        except Exception as error:  # noqa: BLE001 - as above
             return self.reply(raised=error)
         # Messages about what went well can wait: many FMUs write one in every step.
         return self.reply(value) if value or len(self._unit.remarks) > self._told else 0
@@ -126,16 +136,24 @@ class _Host:
         A unit that asks for the end of the run may still be read.
         """
         unit, value, asked = self._unit, None, None
-        if set_first and (status := carry_out(unit.setters())) > FMI_WARNING:
+        if set_first and (status := self._told(carry_out(unit.setters()))):
             return status
         try:
-            value = method(*arguments)
+            if value := method(*arguments):
+                value = self._told(value)
         except EndRequested as end:
             asked = end
-        if get_after and (status := carry_out(unit.getters())) > FMI_WARNING and not value:
+        if get_after and (status := self._told(carry_out(unit.getters()))) and not value:
             value = status
         if asked is not None:
             raise asked
+        return value
+
+    def _told(self, value: Any) -> Any:
+        """What a call gave, without a warning, which the unit tells."""
+        if value == FMI_WARNING and value is not True:
+            self._unit.warned()
+            return None
         return value
 
 

@@ -22,13 +22,13 @@ from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
 from fmus.units.unit import (
     DEFAULT_SETUP,
-    FMI_WARNING,
     Column,
     ExperimentSetup,
     Operation,
     TypedColumns,
     Unit,
     carry_out,
+    is_failure,
     positions,
     views,
     widths,
@@ -120,7 +120,7 @@ class MappedUnit(Unit):
         if self._rates:
             for rate in self._rates:
                 rate.act(h)
-            if (status := carry_out(self._inner.setters())) > FMI_WARNING:
+            if is_failure(status := carry_out(self._inner.setters())):
                 return status
         return self._inner.step(t, h)
 

@@ -17,6 +17,7 @@ from typing_extensions import override
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.toolchain.limits import MOST_REMARKS
 from fmus.unit_interface import Interface
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.message_log import MessageLog
@@ -30,6 +31,11 @@ Operation: TypeAlias = Callable[[], object]
 
 FMI_WARNING: Final = 1
 """The worst status that is no failure."""
+
+
+def is_failure(status: object) -> bool:
+    """Whether what a call returned is the FMI status of a failure: any but OK and Warning, whatever FMI knows."""
+    return isinstance(status, int) and not 0 <= status <= FMI_WARNING
 
 
 @dataclass(frozen=True)
@@ -101,10 +107,24 @@ class Unit(ABC):
         """The last messages of the unit."""
         self.remarks: list[str] = []
         """What a person should know of how the unit was run, beyond what could be known before."""
+        self.warnings = 0
+        """How many calls have returned a warning."""
         self.events: EventCapability | None = None
         """Event Mode; `None` for a unit that does not have it."""
         self.state: StateCapability | None = None
         """Saving and restoring of states; `None` for a unit that does not have it."""
+
+    def remark(self, text: str) -> None:
+        """Note what a person should know of how the unit was run, once, and to a limit."""
+        if text not in self.remarks and len(self.remarks) < MOST_REMARKS:
+            self.remarks.append(text)
+
+    def warned(self, function: str = "it") -> None:
+        """Note that a call returned a warning, with what the unit says about it; the first of them is a remark."""
+        self.warnings += 1
+        if self.warnings == 1:
+            said = "; ".join(self.messages.said())
+            self.remark(f"{function} returned a warning" + (f": {said}" if said else ""))
 
     @abstractmethod
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
@@ -208,7 +228,8 @@ def carry_out(operations: Iterable[Operation]) -> int:
     worst = 0
     for operation in operations:
         status = operation()
-        worst = max(worst, status if isinstance(status, int) else 0)
-        if worst > FMI_WARNING:
-            break
+        if status and isinstance(status, int):
+            worst = status
+            if is_failure(status):
+                break
     return worst

@@ -10,7 +10,8 @@ from typing import Final
 
 from fmus.reading.archive import Archive
 from fmus.reading.library import compile_beforehand
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death, death_in_words
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, Death, death_in_words
+from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.scratch import SCRATCH, scratch_folder
 from fmus.toolchain.shared_counter import counters_work
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest

@@ -17,8 +17,10 @@ import numpy as np
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
+from fmus.toolchain.last_call import noted
 from fmus.units.fmi_api import FmiApi
-from fmus.units.unit import Column, Operation, TypedColumns, by_type
+from fmus.units.given_values import GivenValues
+from fmus.units.unit import Column, Operation, TypedColumns, Unit, by_type, is_failure
 
 AccessVerb: TypeAlias = Literal["Set", "Get"]
 ADDRESS: Final = ctypes.c_size_t
@@ -27,9 +29,10 @@ ADDRESS: Final = ctypes.c_size_t
 
 def library_function(fmu: Any, api: FmiApi, name: str, arguments: Sequence[Any]) -> Any:
     """A function of the library, by its name without the prefix, with argument types of its own."""
-    function = fmu.dll[f"{api.prefix}{name}"]  # indexing gives a new object each time, which FMPy does not know
+    whole = f"{api.prefix}{name}"
+    function = fmu.dll[whole]  # indexing gives a new object each time, which FMPy does not know
     function.argtypes, function.restype = list(arguments), ctypes.c_int
-    return function
+    return noted(whole, function)
 
 
 class ValueCalls:
@@ -41,6 +44,7 @@ class ValueCalls:
         component: Address of the instance.
         references: Value references of each variable, one per element or one in all.
         negated: Variables whose values are the negative ones of those of the library.
+        unit: The unit, for its remarks on texts and bytes that the library gives.
     """
 
     def __init__(
@@ -50,7 +54,10 @@ class ValueCalls:
         component: int,
         references: Mapping[str, list[int]],
         negated: Collection[str] = (),
+        *,
+        unit: Unit | None = None,
     ) -> None:
+        self._unit = unit
         self._fmu, self._api, self._component = fmu, api, component
         self._references, self._negated = references, negated
         self._alive: list[Any] = []
@@ -66,7 +73,8 @@ class ValueCalls:
         access, native = self._api.access[kind]
         references = np.array([ref for v in variables for ref in self._references[v.name]], dtype=np.uint32)
         if not kind.is_number:
-            return self._text_mover(direction, kind, references, column)
+            names = [v.name for v in variables for _ in range(v.size)]
+            return self._text_mover(direction, kind, references, column, names)
         signs = self._signs(variables, native)
         shared = column.dtype == native and column.flags.c_contiguous and signs is None
         values = column if shared else np.zeros(column.size, dtype=native)
@@ -94,7 +102,9 @@ class ValueCalls:
             return None
         return np.array([-1 if v.name in self._negated else 1 for v in variables for _ in range(v.size)], dtype=native)
 
-    def _text_mover(self, direction: AccessVerb, kind: Type, references: Column, column: Column) -> Operation:
+    def _text_mover(
+        self, direction: AccessVerb, kind: Type, references: Column, column: Column, names: Sequence[str]
+    ) -> Operation:
         """The same for String and Binary, whose values are copied one by one."""
         self._alive.append(references)
         n, binary = column.size, kind is Type.BINARY
@@ -103,7 +113,7 @@ class ValueCalls:
         arguments = [self._component, references.ctypes.data, references.size]
         arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)]
         arguments += [n] * self._api.counts_values
-        name = f"{direction}{self._api.access[kind].function}"
+        name, taken = f"{direction}{self._api.access[kind].function}", GivenValues(self._unit)
         function = library_function(self._fmu, self._api, name, [ADDRESS] * len(arguments))
 
         def set_values() -> object:
@@ -111,11 +121,14 @@ class ValueCalls:
             pointers[:], sizes[:] = data, [len(item) for item in data]
             return function(*arguments)
 
+        nothing = [None] * n
+
         def get_values() -> object:
+            pointers[:] = nothing  # what the library does not fill in is no address
             status = function(*arguments)
-            lengths = sizes if binary else [-1] * n
-            texts = [ctypes.string_at(p, size) if p else b"" for p, size in zip(pointers, lengths, strict=True)]
-            column[:] = texts if binary else [item.decode("utf-8", "replace") for item in texts]
+            if not is_failure(status):
+                given = zip(names, pointers, sizes, strict=True)
+                column[:] = [taken.binary(*each) if binary else taken.string(*each[:2]) for each in given]
             return status
 
         return set_values if direction == "Set" else get_values

@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess
+from fmus.toolchain.child_death import ChildDiedError
+from fmus.toolchain.child_process import ChildProcess
 from orchestrator.recording.messages import NewRows, RecordingRequest, send
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed
@@ -49,7 +50,7 @@ class RecordingProcess:
 
     def __enter__(self) -> Self:
         self._said = tempfile.TemporaryFile()
-        self._child = ChildProcess("orchestrator.recording.worker", errors=self._said)
+        self._child = ChildProcess("orchestrator.recording.worker", str, errors=self._said, outlives=True)
         return self
 
     def __exit__(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.conversion import Linear
 from fmus.units.capabilities import StateCapability
-from fmus.units.unit import FMI_WARNING, Unit, UnitError
+from fmus.units.unit import Unit, UnitError, is_failure
 from orchestrator.stepping.schedule import Schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.system.connection import Connection
@@ -164,6 +164,6 @@ class _DiscardedError(UnitError):
 
 
 def _checked(unit: Unit, status: object) -> None:
-    if isinstance(status, int) and status > FMI_WARNING:
+    if is_failure(status):
         kind = _DiscardedError if status == _DISCARD else UnitError
         raise kind(unit.name, f"returned status {status} while its algebraic loop was solved", unit.messages)

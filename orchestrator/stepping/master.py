@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.units.unit import FMI_WARNING, EndRequested, ExperimentSetup, Unit, UnitError
+from fmus.units.unit import EndRequested, ExperimentSetup, Unit, UnitError, is_failure
 from orchestrator.stepping.lowering import Call, CompiledSchedule
 from orchestrator.stepping.observation import observed
 from orchestrator.stepping.rows import RowLog
@@ -159,8 +159,10 @@ class Simulation:
         self.ended = self.ended or end
 
     def _checked(self, unit: Unit, status: object) -> None:
-        if isinstance(status, int) and status > FMI_WARNING:
+        if isinstance(status, int) and is_failure(status):
             raise self._fault(unit.name, failure_reason(unit, status))
+        if status:
+            unit.warned()
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
         """The error of a unit that has failed; it is not terminated."""

@@ -97,6 +97,13 @@ class RunningUnits:
 
 def failure_reason(unit: Unit, status: int) -> str:
     """What a unit did that returned the FMI status of a failure, and what it said about it."""
-    words = {2: "discarded the step", 3: "returned an error", 4: "returned a fatal error"}
+    words = {
+        2: "discarded the step",
+        3: "returned an error",
+        4: "returned a fatal error",
+        5: "returned `pending`, which nobody asked for",
+    }
     said = unit.messages.said()
-    return words.get(status, f"returned status {status}") + (f": {'; '.join(said)}" if said else "")
+    return words.get(status, f"returned the status {status}, which FMI does not have") + (
+        f": {'; '.join(said)}" if said else ""
+    )

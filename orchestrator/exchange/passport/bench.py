@@ -8,11 +8,13 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Concatenate, Final, ParamSpec, Self, TypeVar
+from typing import IO, Concatenate, Final, ParamSpec, Self, TypeVar, get_type_hints
 
 from fmus.reading.archive import Archive
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death, death_in_words
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, Death, death_in_words
+from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.scratch import scratch_folder
+from fmus.toolchain.typed_messages import UnreadableMessageError, read
 from orchestrator.exchange.passport.workplace import Answer, Order, Workplace
 
 P = ParamSpec("P")
@@ -53,7 +55,7 @@ class Bench:
         self.patience = patience
         self._order = Order(archive.path.resolve(), lenient)
         self._resources = ExitStack()
-        self._child: ChildProcess | None = None
+        self._child: ChildProcess[Answer] | None = None
 
     def __enter__(self) -> Self:
         self._folder = Path(self._resources.enter_context(scratch_folder("bench")))
@@ -81,7 +83,7 @@ class Bench:
         """
         stage = ""
         try:
-            answer: Answer = self._process().ask(self._order.to(measurement, arguments, options), self.patience)
+            answer = self._process().ask(self._order.to(measurement, arguments, options), self.patience)
             while answer.stage is not None:
                 stage = answer.stage
                 answer = self._process().ask(None, self.patience)
@@ -91,18 +93,24 @@ class Bench:
         except ChildDiedError as error:
             self._end()
             raise MeasurementError(f"its process died ({death_in_words(error.death)})", stage) from error
+        except UnreadableMessageError as error:
+            self._end()
+            raise MeasurementError("its process gave an answer that is none", stage) from error
         if answer.death is not None:
             raise MeasurementError(f"its process died ({death_in_words(Death(answer.death))})", stage)
         if answer.fault is not None:
             raise MeasurementError(self._plain(answer.fault), stage)
-        return answer.value
+        try:
+            return read(answer.value or b"", get_type_hints(measurement)["return"])
+        except UnreadableMessageError as error:
+            raise MeasurementError("its process gave a result that is none", stage) from error
 
-    def _process(self) -> ChildProcess:
+    def _process(self) -> ChildProcess[Answer]:
         """The measuring process, which is started where there is none."""
         if self._child is None:
             environment = {"TMPDIR": str(self._folder), "OPENBLAS_NUM_THREADS": "1"}
             module = "orchestrator.exchange.passport.measuring_process"
-            self._child = ChildProcess(module, environment, self._nothing)
+            self._child = ChildProcess(module, Answer, environment, self._nothing)
             self._child.answer(_STARTING)
         return self._child
 

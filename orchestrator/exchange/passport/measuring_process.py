@@ -17,6 +17,7 @@ from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.opening import open_fmu
 from fmus.reading.unpack import unpack
 from fmus.toolchain.child_process import ParentProcess
+from fmus.toolchain.typed_messages import written
 from fmus.units.unit import EndRequested, UnitError
 from orchestrator.exchange.passport import running
 from orchestrator.exchange.passport.workplace import Answer, Order, Workplace
@@ -66,7 +67,7 @@ def _answer(order: Order, parent: ParentProcess) -> Answer:
         folder = Path(tempfile.mkdtemp()).resolve()
         unpack(archive.path, folder, archive.path.name, VALID_FMU)
         place = Workplace(replace(archive, unpacked=folder), parent)
-        return Answer(order.measurement(place, *order.arguments, **order.options))
+        return Answer(written(order.measurement(place, *order.arguments, **order.options)))
     except UnitError as error:
         return Answer(fault=error.reason)
     except EndRequested as end:

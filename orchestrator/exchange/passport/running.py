@@ -14,13 +14,13 @@ from components.interfaces.record import Variable
 from fmus.reading.archive import Archive
 from fmus.units.make import fmu_unit
 from fmus.units.unit import (
-    FMI_WARNING,
     EndRequested,
     ExperimentSetup,
     Operation,
     UnitError,
     by_type,
     carry_out,
+    is_failure,
     positions,
     widths,
 )
@@ -128,7 +128,7 @@ class Running:
         self.unit.close()
 
     def _checked(self, action: str, status: object) -> None:
-        if isinstance(status, int) and status > FMI_WARNING:
+        if isinstance(status, int) and is_failure(status):
             words = {2: "discarded", 3: "an error", 4: "a fatal error"}
             at = f"{action} at {self.time:g} s: {words.get(status, f'status {status}')}"
             raise UnitError(self.unit.name, at, self.unit.messages)

@@ -31,7 +31,8 @@ class Order:
 class Answer:
     """An answer of a measuring process: a stage that begins, or the end."""
 
-    value: Any = None
+    value: bytes | None = None
+    """The result, as `fmus.toolchain.typed_messages` writes it."""
     fault: str | None = None
     """Why there is no value."""
     death: int | None = None
