@@ -166,9 +166,8 @@ class Fmu3Unit(CoSimulationUnit):
         _, terminate, early = (bool(flag) for flag in self._flags.raw)
         reached = self._reached.value
         if early and reached != _NOT_WRITTEN and not _is_within(t, reached, end):
-            self.messages.append(
-                f"it returned early, and says that it has reached {reached:g} s in the step at {t:g} s"
-            )
+            where = f"in the step from {t:g} s to {end:g} s"
+            self.messages.append(f"it returned early, and says that it has reached {reached:g} s {where}")
             return max(status, fmi3Error)
         if terminate:
             raise EndRequested(self.name, min(reached, end) if early else end)

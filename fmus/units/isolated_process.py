@@ -89,8 +89,8 @@ class _Host:
 
     def __init__(self, request: Instantiation) -> None:
         archive = request.archive
+        self._inputs, self._outputs = map_columns(archive.interface, request.memory)  # before it can close anything
         self._unit = fmu_unit(request.name, archive)
-        self._inputs, self._outputs = map_columns(archive.interface, request.memory)
         self._methods = _methods(self._unit, self._inputs, self._outputs)
         self._told = 0
         """The number of remarks that have been sent."""
@@ -136,22 +136,22 @@ class _Host:
         A unit that asks for the end of the run may still be read.
         """
         unit, value, asked = self._unit, None, None
-        if set_first and (status := self._told(carry_out(unit.setters()))):
+        if set_first and (status := self._heard(carry_out(unit.setters()))):
             return status
         try:
-            if value := method(*arguments):
-                value = self._told(value)
+            if (value := method(*arguments)) and method in self._quick.values():
+                value = self._heard(value)
         except EndRequested as end:
             asked = end
-        if get_after and (status := self._told(carry_out(unit.getters()))) and not value:
+        if get_after and (status := self._heard(carry_out(unit.getters()))) and not value:
             value = status
         if asked is not None:
             raise asked
         return value
 
-    def _told(self, value: Any) -> Any:
+    def _heard(self, value: Any) -> Any:
         """What a call gave, without a warning, which the unit tells."""
-        if value == FMI_WARNING and value is not True:
+        if value == FMI_WARNING:
             self._unit.warned()
             return None
         return value

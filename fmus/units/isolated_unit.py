@@ -12,14 +12,17 @@ from typing import Any, Final
 from typing_extensions import override
 
 from fmus.reading.archive import Archive
+from fmus.toolchain.foreign_text import plain
+from fmus.toolchain.limits import PATIENCE
+from fmus.toolchain.typed_messages import UnreadableMessageError
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.control_block import QuickCall, QuickRequest
 from fmus.units.isolated_messages import UnitCall, UnitReply, map_columns, put_texts, texts
-from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit
+from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit, UnitError
 from fmus.units.unit_process import unit_process
 
-PATIENCE: Final = 30.0
-"""[s] The time that a call may take by default."""
+_LONGEST_REMARK: Final = 4000
+"""[characters] A remark, whose foreign parts are bounded before."""
 
 
 class IsolatedUnit(Unit):
@@ -58,12 +61,16 @@ class IsolatedUnit(Unit):
 
     def _received(self, reply: UnitReply) -> Any:
         """Take over what a reply contains, and give its value. Raises what the FMU's unit raised."""
-        for message in reply.messages:
-            self.messages.append(message)
-        self.remarks.extend(reply.remarks)
-        put_texts(self._their_outputs, reply.texts)
+        for text, status in reply.messages:
+            self.messages.append(text, status)
+        for remark in reply.remarks:
+            self.remark(plain(remark, _LONGEST_REMARK))
+        try:
+            put_texts(self._their_outputs, reply.texts)
+        except UnreadableMessageError as error:
+            raise UnitError(self.name, f"its process gave {error}", self.messages) from error
         if reply.raised is not None:
-            raise reply.raised.error
+            raise reply.raised.error(self.name)
         return reply.value
 
     def _call(self, method: str, *arguments: Any, show: bool = False) -> Any:
@@ -133,7 +140,8 @@ class IsolatedUnit(Unit):
 
     @override
     def close(self) -> None:
-        self._process.close()
+        if problem := self._process.close():
+            self.remark(problem)
 
 
 class _IsolatedEvents(EventCapability):
@@ -156,7 +164,7 @@ class _IsolatedEvents(EventCapability):
 
     @override
     def fired(self) -> set[str]:
-        return self._call("fired")
+        return set(self._call("fired"))
 
     @override
     def trigger(self, clock: str) -> None:

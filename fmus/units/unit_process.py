@@ -10,10 +10,14 @@ from typing import Final
 
 from fmus.reading.archive import Archive
 from fmus.reading.library import compile_beforehand
-from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, Death, death_in_words
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, death_in_words
 from fmus.toolchain.child_process import ChildProcess
+from fmus.toolchain.foreign_text import plain
+from fmus.toolchain.last_call import last_call
 from fmus.toolchain.scratch import SCRATCH, scratch_folder
 from fmus.toolchain.shared_counter import counters_work
+from fmus.toolchain.shared_file import SharedFile
+from fmus.toolchain.typed_messages import UnreadableMessageError
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
 from fmus.units.message_log import MessageLog
@@ -53,13 +57,25 @@ class UnitProcess:
     def __init__(self) -> None:
         self._folder = scratch_folder("unit")
         folder = Path(self._folder.name).absolute()
-        self.columns = folder / "columns"
-        """The file of the columns."""
-        self._control = folder / "control" if counters_work() else None
+        self._columns, control = SharedFile(folder, "columns"), SharedFile(folder, "control")
+        self._control = control.path if counters_work() else None
         self._block = None if self._control is None else ControlBlock(self._control)
-        self._child = ChildProcess("fmus.units.isolated_process", dict.fromkeys(("TMPDIR", SCRATCH), str(folder)))
+        if self._block is not None:
+            control.fix()
+        self._child = ChildProcess(
+            "fmus.units.isolated_process",
+            UnitReply,
+            dict.fromkeys(("TMPDIR", SCRATCH), str(folder)),
+            shared=(*self._columns.descriptors, *control.descriptors),
+        )
+        control.close()
         self._unit, self._said = "", MessageLog()
         self._awaited = self._started = self._closed = False
+
+    @property
+    def columns(self) -> Path:
+        """The file of the columns, until the unit is made."""
+        return self._columns.path
 
     @property
     def is_quick(self) -> bool:
@@ -85,6 +101,8 @@ class UnitProcess:
             UnitError: The process died, or took too long.
         """
         self._unit, self._said = name, said
+        self._columns.fix()
+        self._columns.close()
         compile_beforehand(archive)
         request = Instantiation.of(name, archive, self.columns, self._control)
         self._answer("instantiate", _STARTING)
@@ -124,63 +142,74 @@ class UnitProcess:
         deadline = time.monotonic() + patience
         while not block.is_answered(_SLICE):
             if not self.is_alive and not block.is_answered(0.0):
-                self._awaited = False
-                raise self._died(method, self._child.death())
+                raise self._failed(method, ChildDiedError(self._child.death()))
             if time.monotonic() >= deadline:
-                self._awaited = False
                 self._child.kill()
-                raise self._silent(method, patience)
+                raise self._failed(method, ChildSilentError(patience))
 
     def _ask(self, method: str, request: Instantiation | UnitCall, patience: float) -> UnitReply:
         self._awaited = True
         try:
-            self._child.send(request)
-        except ChildDiedError as error:
-            self._awaited = False
-            raise self._died(method, error.death) from error
+            self._child.send(request, patience)
+        except (ChildDiedError, ChildSilentError) as error:
+            raise self._failed(method, error) from error
         return self._answer(method, patience)
 
     def _answer(self, method: str, patience: float) -> UnitReply:
         try:
-            reply: UnitReply = self._child.answer(patience)
-        except ChildSilentError as silence:
-            self._awaited = False
-            raise self._silent(method, patience) from silence
-        except ChildDiedError as error:
-            self._awaited = False
-            raise self._died(method, error.death) from error
+            reply = self._child.answer(patience)
+        except (ChildDiedError, ChildSilentError, UnreadableMessageError) as error:
+            raise self._failed(method, error) from error
         self._awaited = False
         return reply
 
-    def _silent(self, method: str, patience: float) -> UnitError:
-        return UnitError(
-            self._unit, f"no answer to `{method}` within {patience:g} s; its process has been ended", self._said
-        )
+    def _failed(self, method: str, error: Exception) -> UnitError:
+        """What became of a call that has not been answered."""
+        self._awaited = False
+        call = f"`{self._called or method}`"
+        if isinstance(error, ChildSilentError):
+            action = f"no answer to {call} within {error.within:g} s; its process has been ended"
+        elif isinstance(error, ChildDiedError):
+            action = f"its process died in {call} ({death_in_words(error.death)})"
+        else:
+            action = f"its process gave an answer to {call} that is none ({plain(str(error))}), and has been ended"
+        return UnitError(self._unit, action, self._said)
 
-    def _died(self, method: str, death: Death | None) -> UnitError:
-        return UnitError(self._unit, f"its process died in `{method}` ({death_in_words(death)})", self._said)
+    @property
+    def _called(self) -> str:
+        """The function of the FMU that its process has called last; empty if it has called none."""
+        return "" if self._block is None else last_call(self._block.called)
 
-    def close(self) -> None:
-        """End the FMU, its process, and what that has started. May be called more than once."""
+    def close(self) -> str:
+        """End the FMU, its process, and what that has started. May be called more than once.
+
+        Returns:
+            What went wrong while the FMU was released, which loses nothing of the run; empty if nothing did.
+        """
         if self._closed:
-            return
-        self._closed = True
+            return ""
+        self._closed, problem = True, ""
         try:
             self._end_in_order()
-        except UnitError:
-            pass  # nothing is lost: the run has all its values
+        except UnitError as error:
+            problem = error.reason
         finally:
+            self._columns.close()
             self._child.kill()
             self._child.close()
             if self._block is not None:
                 self._block.close()
             self._folder.cleanup()
+        return problem
 
     def _end_in_order(self) -> None:
         if not self._started or not self.is_alive:
             return
         self.call(UnitCall("close"), _CLOSING)
-        self._child.death(_CLOSING)
+        death = self._child.death(_CLOSING)
+        if death is None or death.code:
+            how = "did not end" if death is None else f"died ({death_in_words(death)})"
+            raise UnitError(self._unit, f"its process {how} when the FMU had been released", self._said)
 
     def _finish(self) -> None:
         """Wait a moment for the end of the call that was interrupted. Raises `UnitError`."""

@@ -47,7 +47,7 @@ class ValueCalls:
         unit: The unit, for its remarks on texts and bytes that the library gives.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what a call is made of
         self,
         fmu: Any,
         api: FmiApi,

@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
+from fmus.toolchain.limits import PATIENCE
 from orchestrator.system.source import UnitSource
 
 
@@ -37,7 +38,7 @@ def isolated(
     for request in requests:
         name, _, seconds = request.partition(":")
         where = f"--isolate {request}"
-        patience = _number(seconds) if seconds else _patience()
+        patience = _number(seconds) if seconds else PATIENCE
         source = units.get(name)
         if source is None:
             problems += _unknown(units, name, where)
@@ -54,12 +55,6 @@ def isolated(
 def _unknown(units: Mapping[str, UnitSource], name: str, where: str) -> Iterator[Problem]:
     if name not in units:
         yield Problem(where, f"the unknown unit `{name}`", choices(units), did_you_mean(name, units))
-
-
-def _patience() -> float:
-    from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - slow to import, and few runs need it
-
-    return PATIENCE
 
 
 def _number(text: str) -> float:

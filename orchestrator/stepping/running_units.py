@@ -103,7 +103,5 @@ def failure_reason(unit: Unit, status: int) -> str:
         4: "returned a fatal error",
         5: "returned `pending`, which nobody asked for",
     }
-    said = unit.messages.said()
-    return words.get(status, f"returned the status {status}, which FMI does not have") + (
-        f": {'; '.join(said)}" if said else ""
-    )
+    said = "; ".join(unit.messages.said())
+    return words.get(status, f"returned the status {status}, which FMI does not have") + (f": {said}" if said else "")

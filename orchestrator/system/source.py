@@ -18,6 +18,7 @@ from fmus.export.own_builds import is_own_build
 from fmus.reading.archive import Archive, InterfaceType
 from fmus.reading.observation import observable, observing
 from fmus.reading.opening import open_fmu
+from fmus.toolchain.limits import PATIENCE
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.block_unit import BlockUnit, interface_of
@@ -127,8 +128,6 @@ class Fmu(UnitSource):
         """[s] The time that one call may take in a process of its own; `None` for an FMU that runs in this process."""
         if self.isolated is not None or self.in_process or self.is_own:
             return self.isolated
-        from fmus.units.isolated_unit import PATIENCE  # noqa: PLC0415 - only units in processes of their own need it
-
         return PATIENCE
 
     @override

@@ -6,14 +6,16 @@ import os
 import signal
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from fmus.toolchain import child_process
 from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, Death
 
+ANSWER = tuple[str, Any, bytes]
 SOURCE = """
-import os, pickle, sys, time
+import os, sys, time
 from fmus.toolchain.child_process import ParentProcess
 
 parent = ParentProcess()
@@ -21,7 +23,7 @@ print("nobody takes this for an answer", flush=True)
 os.write(1, b"nor this")
 while True:
     try:
-        request = pickle.load(parent.requests)
+        request = parent.request()
     except EOFError:
         break
     if isinstance(request, float):
@@ -31,12 +33,12 @@ while True:
     if request == "crash":
         os.abort()
     if request == "half":
-        os.write(parent._answers.fileno(), pickle.dumps("a long answer")[:-5])
+        os.write(parent._answers.fileno(), parent._seal.sealed(b"a long answer")[:-5])
         os._exit(3)
     if request == "leave":
         parent._answers.close()
         time.sleep(100000)
-    parent.answer(("answer to", request, os.read(0, 10)))
+    parent.answer(["answer to", request, os.read(0, 10)])
 """
 
 
@@ -44,7 +46,7 @@ while True:
 def child(tmp_path):
     (tmp_path / "answering_child.py").write_text(SOURCE)
     with (tmp_path / "errors").open("wb") as errors:
-        process = ChildProcess("answering_child", {"PYTHONPATH": str(tmp_path)}, errors)
+        process = ChildProcess("answering_child", ANSWER, {"PYTHONPATH": str(tmp_path)}, errors)
         yield process
         process.kill()
         process.close()
@@ -97,7 +99,7 @@ def test_a_child_that_only_closes_its_streams_is_no_dead_one(child, monkeypatch)
 
 
 def test_a_module_that_cannot_be_run_is_a_death():
-    process = ChildProcess("no_such_module_anywhere")
+    process = ChildProcess("no_such_module_anywhere", str)
     with pytest.raises(ChildDiedError) as error:
         process.ask("anybody there?", 60.0)
     assert error.value.death == Death(1)
@@ -108,7 +110,7 @@ def test_nothing_stays_behind(tmp_path):
     before = open_files()
     (tmp_path / "answering_child.py").write_text(SOURCE)
     with Path(tmp_path, "errors").open("w+b") as errors:
-        process = ChildProcess("answering_child", {"PYTHONPATH": str(tmp_path)}, errors)
+        process = ChildProcess("answering_child", ANSWER, {"PYTHONPATH": str(tmp_path)}, errors)
         process.ask("one", 60.0)
         assert os.getsid(process._process.pid) != os.getsid(0), "Ctrl-C is for this process only"
         process.kill()

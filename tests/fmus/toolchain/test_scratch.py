@@ -10,11 +10,13 @@ import pytest
 
 from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.scratch import SCRATCH, scratch_folder, scratch_root
+from fmus.units.isolated_messages import UnitReply
 
 WAITS = "from fmus.toolchain.scratch import *; f = scratch_folder('x'); print(f.name, flush=True); input()"
 ENDS = "from fmus.toolchain.scratch import *; f = scratch_folder('x'); print(f.name, flush=True)"
 FORKS = """
 import os, sys
+from fmus.units.isolated_messages import UnitReply
 from fmus.toolchain.scratch import scratch_folder
 folder = scratch_folder("x")
 child = os.fork()
@@ -68,7 +70,7 @@ def test_other_folders_with_our_name_are_no_concern(place):
 
 
 def test_a_child_has_its_folders_in_those_of_its_parent():
-    child = ChildProcess("fmus.units.isolated_process")
+    child = ChildProcess("fmus.units.isolated_process", UnitReply)
     try:
         environment = Path(f"/proc/{child._process.pid}/environ").read_text("utf-8").split("\0")
         assert f"{SCRATCH}={scratch_root()}" in environment

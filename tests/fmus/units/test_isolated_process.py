@@ -9,6 +9,7 @@ from fmus.reading.opening import open_fmu
 from fmus.units.control_block import QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, UnitCall, UnitReply
 from fmus.units.isolated_process import _Host
+from fmus.units.message_log import Message
 
 pytestmark = pytest.mark.foreign  # processes are what these tests are about
 
@@ -45,7 +46,9 @@ def test_a_quick_call_gives_a_status_or_a_whole_reply(host):
     host._unit.messages.append("all is well")
     assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == 0
     host._unit.remarks.append("a remark")
-    assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == UnitReply(None, ("all is well",), ("a remark",))
+    assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == UnitReply(
+        None, (Message("all is well"),), ("a remark",)
+    )
     assert not host._unit.messages
     assert host.carry_out_quickly(QuickRequest(QuickCall.GET)) == 0, "each remark is told once"
 
@@ -54,8 +57,8 @@ def test_states_stay_here_and_are_known_by_numbers(host):
     first, second = (host.carry_out(UnitCall("save")).value for _ in range(2))
     assert (first, second) == (1, 2)
     host.carry_out(UnitCall("forget", (first,)))
-    with pytest.raises(KeyError):
-        host.carry_out(UnitCall("restore", (first,)))
+    raised = host.carry_out(UnitCall("restore", (first,))).raised
+    assert raised.action == "it failed in its process (KeyError: 1)"
     host.carry_out(UnitCall("restore", (second,)))
     assert host.carry_out(UnitCall("save")).value == 3
     assert "fired" not in host._methods, "a unit without Event Mode has no method for it"

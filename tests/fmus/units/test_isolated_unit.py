@@ -80,18 +80,18 @@ def test_a_system_of_isolated_fmus_runs_as_in_one_process(built_fmus, version):
 
 def test_a_process_that_dies_ends_the_run_with_all_rows(tmp_path):
     path = made(tmp_path, '#define STATUS (t > 0.25 ? *(volatile int *)8 : 0)\n#include "echo3.c"')
-    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `step` (SIGSEGV)", 4)
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `fmi3DoStep` (SIGSEGV)", 4)
 
 
 def test_a_process_that_ends_itself_is_told_too(tmp_path):
     path = made(tmp_path, '#define STATUS (t > 0.25 ? (exit(7), 0) : 0)\n#include "echo3.c"')
-    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `step` (exit code 7)", 4)
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: its process died in `fmi3DoStep` (exit code 7)", 4)
 
 
 def test_a_process_that_hangs_is_ended(tmp_path):
     hangs = "t > 0.25 ? sleep(100000) : 0"  # this test would never end if it were waited for
     path = made(tmp_path, f'#include <unistd.h>\n#define STATUS ({hangs})\n#include "echo3.c"')
-    found = "tick 3 (t = 0.3 s), unit `m`: no answer to `step` within 0.3 s; its process has been ended"
+    found = "tick 3 (t = 0.3 s), unit `m`: no answer to `fmi3DoStep` within 0.3 s; its process has been ended"
     assert failing(path, 0.3) == (found, 4)
 
 
@@ -162,14 +162,14 @@ HARMLESS = {
     "prints": 'printf("%s", "no answer"), fflush(stdout)',
 }
 FATAL = {
-    "ends": ("exit(0)", "its process died in `step` (exit code 0)"),
-    "aborts": ("abort()", "its process died in `step` (SIGABRT)"),
-    "killed": ("kill(getpid(), SIGKILL)", "its process died in `step` (SIGKILL)"),
-    "divides": ("feenableexcept(FE_DIVBYZERO), zero = 1 / zero", "its process died in `step` (SIGFPE)"),
-    "stops": ("raise(SIGSTOP)", "no answer to `step` within 0.5 s; its process has been ended"),
+    "ends": ("exit(0)", "its process died in `fmi3DoStep` (exit code 0)"),
+    "aborts": ("abort()", "its process died in `fmi3DoStep` (SIGABRT)"),
+    "killed": ("kill(getpid(), SIGKILL)", "its process died in `fmi3DoStep` (SIGKILL)"),
+    "divides": ("feenableexcept(FE_DIVBYZERO), zero = 1 / zero", "its process died in `fmi3DoStep` (SIGFPE)"),
+    "stops": ("raise(SIGSTOP)", "no answer to `fmi3DoStep` within 0.5 s; its process has been ended"),
     "half an answer": (
         'everywhere("\\x7f\\xff\\xff\\xff"), sleep(100000)',
-        "no answer to `step` within 0.5 s; its process has been ended",
+        "no answer to `fmi3DoStep` within 0.5 s; its process has been ended",
     ),
 }
 DEED = """

@@ -68,7 +68,7 @@ def test_a_call_that_was_interrupted_and_hangs_does_not_hold_up_the_end(tmp_path
     with pytest.raises(KeyboardInterrupt):
         unit.step(0.0, 0.1)
     began = time.monotonic()
-    with pytest.raises(UnitError, match="no answer to `step` within 2 s; its process has been ended"):
+    with pytest.raises(UnitError, match="no answer to `fmi3DoStep` within 2 s; its process has been ended"):
         unit.terminate()
     unit.close()
     assert time.monotonic() - began < 20
