@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from orchestrator.command.supervisor import Link
+from orchestrator.command.supervisor import Lifeline
 
 if TYPE_CHECKING:  # the start of the command does not wait for it
     from orchestrator.recording.process import RecordingProcess
@@ -17,5 +17,5 @@ class Companions:
 
     recorder: RecordingProcess | None
     """Records the run; None for commands that have nothing to record."""
-    link: Link
+    lifeline: Lifeline
     """Leads to the process that outlives the run."""

@@ -20,7 +20,7 @@ from orchestrator.command.reproduce_command import reproduce
 from orchestrator.command.run_command import RUN_OPTIONS, run
 from orchestrator.command.shared_options import with_options
 from orchestrator.command.show_command import show
-from orchestrator.command.supervisor import Link
+from orchestrator.command.supervisor import Lifeline
 from orchestrator.recording.process import RecordingProcess
 
 if TYPE_CHECKING:
@@ -76,16 +76,16 @@ def _common(
     """Take the options that come before a subcommand; the help is that of the application."""
 
 
-def main(link: Link | None = None) -> None:
+def main(lifeline: Lifeline | None = None) -> None:
     """Run the command; a wrong request becomes a message, never a traceback.
 
     Args:
-        link: Leads to a process that outlives this one, if there is any.
+        lifeline: Leads to a process that outlives this one, if there is any.
     """
     subcommand, *arguments = sys.argv[1:] or [""]
     try:
         with _recorder(subcommand, arguments) as recorder:
-            application(_sockets(subcommand))(obj=Companions(recorder, link or Link()))
+            application(_sockets(subcommand))(obj=Companions(recorder, lifeline or Lifeline()))
     except Exception as error:  # noqa: BLE001 - what is not reported is raised again
         sys.exit(_report(error))
 

@@ -82,7 +82,11 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
                 None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))
             )
             execution = Execution(
-                beside.recorder or Afterwards(), stream, realtime, begun=beside.link.began, ending=beside.link.ends
+                beside.recorder or Afterwards(),
+                stream,
+                realtime,
+                begun=beside.lifeline.began,
+                ending=beside.lifeline.ends,
             )
             finished = execute(loaded, folder, progress, execution)
         print_notes(loaded.remarks + finished.notes)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Final
 from components.interfaces.interruption import ENDING_SIGNALS, interruptible
 
 if TYPE_CHECKING:
-    from fmus.toolchain.child_process import Death
+    from fmus.toolchain.child_death import Death
 
 _STOPS_WITHIN: Final = 10.0
 """[s] The time that the process has to stop stepping, or to complete its folder, after a signal."""
@@ -33,7 +33,7 @@ _OUTLIVED: Final = ("run",)
 """The subcommands that may load foreign libraries into their own process."""
 
 
-class Link:
+class Lifeline:
     """What the process that steps tells the one that outlives it; nothing where there is none."""
 
     def __init__(self, descriptor: int | None = None) -> None:
@@ -84,7 +84,7 @@ def main() -> None:
     """Run the command; where it may load foreign libraries, in a process that this one outlives."""
     _import_nothing_from_here()
     if not hasattr(os, "fork") or sys.argv[1:2] not in [[name] for name in _OUTLIVED] or "--help" in sys.argv:
-        _command(Link())
+        _command(Lifeline())
         return
     reading, writing = os.pipe()
     process = os.fork()
@@ -94,10 +94,10 @@ def main() -> None:
     os.close(reading)
     from fmus.toolchain.child_process import end_when_closed, moved  # noqa: PLC0415 - not in the other process
 
-    link = moved(writing)  # where no library takes it for its own
+    descriptor = moved(writing)  # where no library takes it for its own
     os.close(writing)
-    end_when_closed(link)
-    _command(Link(link))
+    end_when_closed(descriptor)
+    _command(Lifeline(descriptor))
 
 
 def _import_nothing_from_here() -> None:
@@ -106,19 +106,19 @@ def _import_nothing_from_here() -> None:
     os.environ["PYTHONSAFEPATH"] = "1"
 
 
-def _command(link: Link) -> None:
+def _command(lifeline: Lifeline) -> None:
     code = 1
     try:
         with interruptible():
             from orchestrator.command import main as command  # noqa: PLC0415 - not in the process that outlives it
 
-            command.main(link)
+            command.main(lifeline)
     except SystemExit as end:
         code = end.code if isinstance(end.code, int) else int(end.code is not None)
     except KeyboardInterrupt:
         code = _interrupted()
     finally:
-        link.concluded(code)
+        lifeline.concluded(code)
     sys.exit(code)
 
 
@@ -178,7 +178,7 @@ class _Supervisor:
 
     def _conclude(self, status: int) -> int:
         """Tell what the process could not tell, and complete its folder."""
-        from fmus.toolchain.child_process import Death, death_in_words  # noqa: PLC0415
+        from fmus.toolchain.child_death import Death, death_in_words  # noqa: PLC0415
 
         if self._told.code is not None and status == self._told.code:
             return status
