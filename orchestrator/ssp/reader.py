@@ -53,6 +53,8 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
+_LONGEST_NAME: Final = 100
+"""[byte] The longest name of a system that names the folders of its runs."""
 _LISTED_INPUTS: Final = 12
 """The inputs that a remark lists."""
 
@@ -192,13 +194,14 @@ def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:
 def _name_and_title(document: Document, path: Path, *, ours: bool) -> tuple[str, str]:
     """The name of the scenario, which becomes that of a folder, and its title."""
     name = document.root.get(Attribute.NAME, "")
-    is_file_name = name not in {"", ".."} and Path(name).name == name
+    is_file_name = name not in {"", ".."} and Path(name).name == name and len(name.encode()) <= _LONGEST_NAME
     title = document.root.find(qualified(SSD, Tag.SYSTEM)).get(Attribute.DESCRIPTION) or ("" if ours else name)
     return name if ours and is_file_name else _plain_name(name or path.stem), title
 
 
 def _plain_name(name: str) -> str:
-    return re.sub(r"[^\w-]+", "_", name).strip("_") or "system"
+    plain = re.sub(r"[^\w-]+", "_", name).strip("_").encode()[:_LONGEST_NAME]
+    return plain.decode(errors="ignore") or "system"
 
 
 def _units(

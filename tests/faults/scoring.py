@@ -18,6 +18,8 @@ Check = Callable[[Path, Random], None]
 
 CATALOGUE: list[Fault] = []
 """Every fault that is known, in the order in which they are done."""
+_LONGEST = 1500
+"""[characters] What is kept of the reason why a fault was not stood."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def outcome(one: Fault, seed: int) -> Outcome:
     try:
         one.check(folder, Random(f"{seed} {one.group} {one.name}"))  # noqa: S311 - it shall be repeatable
     except Exception as error:  # noqa: BLE001 - whatever it is, the fault was not stood
-        reason = " ".join(traceback.format_exception_only(error)).strip() or type(error).__name__
+        reason = " ".join(traceback.format_exception_only(error)).strip()[-_LONGEST:] or type(error).__name__
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return Outcome(one, reason, time.monotonic() - began)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import stat
 import time
@@ -19,6 +20,8 @@ from tests.orchestrator import ssps
 GROUP = "security"
 Y3 = ['<Float64 name="y" valueReference="101" causality="output"/>']
 S3 = ['<Output valueReference="101"/>', '<InitialUnknown valueReference="101"/>']
+SOURCES = '<SourceFiles><File name="a.c"/></SourceFiles>'
+OUTSIDE = "/tmp/evil"  # noqa: S108 - where nothing may be written
 TOUCHES = (
     "#include <fcntl.h>\n"
     '__attribute__((constructor)) static void touch() { open("MARK", O_CREAT | O_WRONLY, 0644); }\n'
@@ -80,7 +83,7 @@ def named(name):
     def check(folder, _):
         text = description2(
             [scalar("y", 101, "output")],
-            interface=f'<CoSimulation modelIdentifier="{name}"><SourceFiles><File name="a.c"/></SourceFiles></CoSimulation>',
+            interface=f'<CoSimulation modelIdentifier="{name}">{SOURCES}</CoSimulation>',
         )
         pack(folder / "deep" / "er" / "m.fmu", Version.FMI2, text, None, sources__a_txt="")
         with zipfile.ZipFile(folder / "deep" / "er" / "m.fmu", "a") as archive:
@@ -97,12 +100,11 @@ def named(name):
 def outside(folder):
     """The files that an FMU may not make: beside it, above it, and in the folder for temporary files itself."""
     names = {str(path) for path in folder.rglob("*") if "made" not in path.parts and "runs" not in path.parts}
-    return names, {path.name for path in Path("/tmp").glob("*evil*")}  # noqa: S108 - where it would be
+    return names, {path.name for path in Path(OUTSIDE).parent.glob("*evil*")}
 
 
-for hostile in ("../../evil", "/tmp/evil", "..\\..\\evil", "a/../../../evil", "evil\u0000", "e" * 5000):
-    if "\u0000" not in hostile:
-        fault(GROUP, f"a modelIdentifier {hostile[:20]} with sources", short=hostile == "../../evil")(named(hostile))
+for hostile in ("../../evil", OUTSIDE, "..\\..\\evil", "a/../../../evil", "e" * 5000):
+    fault(GROUP, f"a modelIdentifier {hostile[:20]} with sources", short=hostile == "../../evil")(named(hostile))
 
 
 def leaving(kind):
@@ -110,7 +112,7 @@ def leaving(kind):
         simple(folder)
         if kind == "ssp":
             ssps.write(folder / "m.ssp", ssps.body("", ""), {})
-        for name in ("../evil.txt", "/tmp/evil.txt", "resources/../../evil.txt", "..\\evil.txt"):
+        for name in ("../evil.txt", f"{OUTSIDE}.txt", "resources/../../evil.txt", "..\\evil.txt"):
             path = folder / f"hostile.{kind}"
             shutil.copyfile(folder / f"m.{kind}", path)
             with zipfile.ZipFile(path, "a") as archive:
@@ -119,7 +121,7 @@ def leaving(kind):
             assert code in {1, 2}, said
             assert "leave" in said, said
         assert not list(folder.rglob("evil*"))
-        assert not Path("/tmp/evil.txt").exists()  # noqa: S108 - where it would be
+        assert not Path(f"{OUTSIDE}.txt").exists()
 
     return check
 
@@ -199,11 +201,9 @@ def hostile_name(folder, _):
     with zipfile.ZipFile(folder / "s.ssp") as archive:
         texts = {name: archive.read(name) for name in archive.namelist()}
     text = texts["SystemStructure.ssd"].decode()
-    for name in ("../../evil", "/tmp/evil", "..", "con", "e" * 3000):
+    for name in ("../../evil", OUTSIDE, "..", "con", "e" * 3000):
         head, _, rest = text.partition("<ssd:System ")
-        changed = (
-            head[: head.index(' name="')] + f' name="{name}"' + head[head.index(' name="') + 7 :].partition('"')[2]
-        )
+        changed = re.sub(' name="[^"]*"', f' name="{name}"', head, count=1)
         with zipfile.ZipFile(folder / "h.ssp", "w") as archive:
             for entry, content in texts.items():
                 archive.writestr(entry, f"{changed}<ssd:System {rest}" if entry.endswith(".ssd") else content)
