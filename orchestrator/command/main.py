@@ -105,7 +105,7 @@ def _sockets(subcommand: str) -> Iterable[Socket]:
 
 
 def _report(error: Exception) -> int:
-    """Print what was wrong and return the exit code; anything but a wrong request or a failed build is raised again."""
+    """Print what was wrong and return the exit code; a mistake of our own is raised again."""
     from components.interfaces.problem import RequestError  # noqa: PLC0415
     from fmus.toolchain.compiler import BuildError  # noqa: PLC0415
 
@@ -114,6 +114,10 @@ def _report(error: Exception) -> int:
         return WRONG
     if isinstance(error, BuildError):
         err.print(f"macrostep: {error}", style="red")
+        return FAULT
+    if isinstance(error, OSError) and error.strerror:  # a disk, a folder or a limit of this machine
+        where = f"{error.filename}: " if error.filename is not None else ""
+        err.print(f"macrostep: {where}{error.strerror}", style="red")
         return FAULT
     raise error
 

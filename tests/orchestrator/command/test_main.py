@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 
@@ -65,3 +66,17 @@ def test_help_reads_well(macrostep, command):
     assert code == 0
     assert "Usage" in out
     assert " ".join([*command, "[OPTIONS]"]) in out
+
+
+def test_what_the_machine_refuses_is_told_in_words(in_tmp_path):
+    def small_files_only():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    done = subprocess.run(
+        [sys.executable, "-m", "orchestrator.command.main", "build", "--out", "built"],
+        preexec_fn=small_files_only,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, "macrostep: File too large")
