@@ -10,22 +10,31 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, TypeAlias
 
 from components.interfaces.interruption import without_interrupts
 from components.interfaces.progress import Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
+from orchestrator.recording.run_recording import RunRecording
 from orchestrator.results import summary
+from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.results.growth import growth_remarks
-from orchestrator.results.parquet import write_signals
-from orchestrator.results.provenance import facts, versions
-from orchestrator.results.run_folder import FIGURES, RECORDING, SIGNALS, new_folder, write_system
+from orchestrator.results.live_folder import LiveFolder
+from orchestrator.results.metrics import Chosen
+from orchestrator.results.provenance import facts
+from orchestrator.results.row_files import RowFiles
+from orchestrator.results.run_folder import FIGURES, RECORDING, new_folder
 from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.paces import paces, without_gaps
 from orchestrator.stepping.pacing import Pacer
-from orchestrator.stepping.rows import paces, without_gaps
 from orchestrator.system.experiment import EVERYTHING, Scenario
 from orchestrator.viewing.live import LiveStream
+
+_Ending: TypeAlias = SimulationError | KeyboardInterrupt | None
+"""What ended a run before its stop time."""
+_DRAWN: Final = 20_000
+"""The most rows that figures are drawn of; of a longer run, every second row, or third, and so on."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +88,6 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
     Raises:
         RequestError: The scenario cannot be simulated, or the folder cannot be used; nothing is written.
     """
-    pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
     simulation = _simulation(scenario)
     scenario = replace(scenario, system=simulation.system)  # what is recorded besides outputs has been added
     here = Path.cwd()  # no path is relative to where an FMU may lead this process
@@ -87,39 +95,99 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
         with ExitStack() as running:
             # A library that cannot be loaded leaves no folder behind.
             fault = _attempt(lambda: running.enter_context(simulation))
-            named = new_folder(scenario.name, out)
-            folder = here / named
-            execution.begun(folder)
-            write_system(scenario, folder)
-            request = RecordingRequest(
-                folder.resolve(), folder.resolve() / RECORDING, simulation.log.elements, _about(scenario)
-            )
+            claimed = undisturbed.enter_context(new_folder(scenario.name, out, here))
+            run = _Run(scenario, simulation, execution, claimed)
+            undisturbed.enter_context(run.rows)
+            execution.begun(run.folder.path)
             try:
-                _begin(execution, request, simulation, figures=execution.figures and scenario.scene is not None)
+                run.begin()
                 progress.now(f"stepping {scenario.name}")
-                ended = fault or _step(simulation, pacer)
+                ended = fault or run.step()
             except KeyboardInterrupt as interrupt:  # Ctrl-C before the first step
                 ended = fault or interrupt
-            # Closing the units may take several seconds, and Ctrl-C must not interrupt that either.
             undisturbed.enter_context(without_interrupts())
             execution.ending()
-        for recorder in execution.recorders:
-            recorder.end(request.about | summary.ending(ended))
-        columns = simulation.columns()
-        write_signals(columns, scenario, folder / SIGNALS)
-        content = summary.summary(scenario, simulation, columns, ended)
-        if pacer is not None:
-            content["realtime"] = pacer.report()
+            # All rows are on disk before the units are closed, which may take seconds, or end this process.
+            run.keep(ended)
+        return run.conclude(progress)
+
+
+class _Run:
+    """A run whose folder is there."""
+
+    def __init__(
+        self, scenario: Scenario, simulation: Simulation, execution: Execution, claimed: ClaimedFolder
+    ) -> None:
+        self._scenario, self._simulation, self._execution = scenario, simulation, execution
+        self._pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
+        self._known = summary.draft(scenario, simulation)
+        self.folder = LiveFolder(claimed, scenario, self._known)
+        self.rows = RowFiles(self.folder, scenario, simulation)
+        path = self.folder.path
+        self._request = RecordingRequest(path, path / RECORDING, simulation.log.elements, facts(self._known))
+        self._recording = RunRecording(execution.recorder, self._request, simulation, self.folder)
+        self._ended: _Ending = None
+        self._content: dict[str, Any] = {}
+
+    def begin(self) -> None:
+        """Begin to record; from here on there is a file, whatever happens."""
+        for recorder in self._execution.recorders:
+            recorder.begin(self._request, self._simulation)
+        if self._execution.figures and self._scenario.scene is not None:
+            with suppress(ImportError):  # `_draw` reports it
+                import_module("orchestrator.pictures.figures")  # this takes as long as the recorders need to get ready
+        for recorder in self._execution.recorders:
+            recorder.wait_until_open()
+
+    def step(self) -> _Ending:
+        """Step to the stop time; return what ended the run before it, if anything did."""
+        return _step(self._simulation, self._pacer)
+
+    def keep(self, ended: _Ending) -> None:
+        """See to it that all rows are on disk, and what is known of the run that has ended."""
+        self.rows.finish()
+        self._ended = ended or self._fault(self.rows.problem)
+        if self.rows.problem:
+            self._recording.give_up(f"the rows need its room: {self.rows.problem}")
+            self.rows.finish()
+        ending = summary.ending(self._ended)
+        self._recording.end(ending)
+        if self._execution.live is not None:
+            self._execution.live.end({**self._request.about, **ending})
+        self._columns = self.rows.columns()
+        self._content = summary.summary(self._scenario, self._simulation, self._columns, self._ended, self._known)
+        if self._pacer is not None:
+            self._content["realtime"] = self._pacer.report()
+        self.folder.write_draft(self._content)
+
+    def conclude(self, progress: Progress) -> Finished:
+        """Complete the folder, when the units are closed."""
+        content = self._content
         progress.now("drawing the figures")  # while the recording is written on another core
-        if execution.figures and (failed := _draw(scenario, columns, folder / FIGURES)):
+        if self._execution.figures and (failed := _draw(self._scenario, self._columns, self.folder.path / FIGURES)):
             content["figures"] = f"not drawn: {failed}"
         progress.now("writing the recording")
-        notes = (
-            *_recorded(execution, request, simulation, summary.ending(ended)),
-            *growth_remarks(columns, scenario.system.units),
-        )
-        summary.write_summary(content, folder)
-    return Finished(named, content, ended, notes)
+        notes = [*self._recorded(), *growth_remarks(self._columns, self._scenario.system.units)]
+        if unwritten := self.folder.conclude(content):
+            self._ended = self._ended or self._fault(unwritten)
+            notes.append(unwritten)
+        return Finished(self.folder.named, content, self._ended, (*self.folder.remarks(), *notes))
+
+    def _recorded(self) -> list[str]:
+        """Wait for the recording and for the viewer; return notes on what went wrong."""
+        recording, live = self._recording.wait(), self._execution.live
+        log, system = self._simulation.log, self._simulation.system
+        notes = list(self._simulation.remarks)
+        if len(log.at_every_tick) < len(paces(system, EVERYTHING)):
+            notes.append("not every signal is recorded at every tick; what is computed from it is left out")
+        notes += recording
+        notes += [behind] if live is not None and (behind := live.wait()) else []
+        return notes
+
+    def _fault(self, problem: str) -> SimulationError | None:
+        """Something that no unit is to blame for, as the end of a run."""
+        simulation = self._simulation
+        return SimulationError(max(simulation.tick, 0), simulation.time, "", problem) if problem else None
 
 
 def _simulation(scenario: Scenario) -> Simulation:
@@ -133,17 +201,6 @@ def _simulation(scenario: Scenario) -> Simulation:
         algorithm=scenario.algorithm,
         solve_loops=scenario.solve_loops,
     )
-
-
-def _begin(execution: Execution, request: RecordingRequest, simulation: Simulation, *, figures: bool) -> None:
-    """Begin to record; from here on there is a file, whatever happens."""
-    for recorder in execution.recorders:
-        recorder.begin(request, simulation)
-    if figures:
-        with suppress(ImportError):  # `_draw` reports it
-            import_module("orchestrator.pictures.figures")  # this takes as long as the recorders need to get ready
-    for recorder in execution.recorders:
-        recorder.wait_until_open()
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:
@@ -171,8 +228,8 @@ def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | Keyb
 
 def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
     """Draw the figures of signals without gaps; return what went wrong in one line, or an empty text."""
-    whole = {"time", *without_gaps(scenario.system, scenario.record)}
-    rows = {name: values for name, values in columns.items() if name in whole}
+    every = -(-len(columns["time"]) // _DRAWN) or 1
+    rows = Chosen(columns, ("time", *sorted(without_gaps(scenario.system, scenario.record))), every)
     if scenario.scene is None or not len(rows["time"]):
         return ""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it logs that it builds its font cache
@@ -184,27 +241,3 @@ def _draw(scenario: Scenario, columns: Mapping[str, Any], folder: Path) -> str:
     except Exception as error:  # noqa: BLE001 - figures are best effort, and the summary reports it
         return traceback.format_exception_only(error)[-1].strip().splitlines()[-1]
     return ""
-
-
-def _recorded(
-    execution: Execution, request: RecordingRequest, simulation: Simulation, ending: Mapping[str, str]
-) -> tuple[str, ...]:
-    """Wait for the recording and for the viewer; return notes on what went wrong."""
-    problem = execution.recorder.wait()
-    if problem:  # The recording process died, but this process still has all rows.
-        again = Afterwards()
-        again.begin(request, simulation)
-        again.end({**request.about, **ending})
-        problem = again.wait()
-    missing = len(simulation.log.at_every_tick) < len(paces(simulation.system, EVERYTHING))
-    notes = list(simulation.remarks)
-    notes += ["not every signal is recorded at every tick; what is computed from it is left out"] if missing else []
-    notes += [f"recording.rrd is not whole: {problem}"] if problem else []
-    notes += [behind] if execution.live is not None and (behind := execution.live.wait()) else []
-    return tuple(notes)
-
-
-def _about(scenario: Scenario) -> dict[str, str]:
-    """The provenance of the run, which its recording shows."""
-    content = {"scenario": scenario.name, "title": scenario.title, "status": "running"}
-    return facts({**content, "units": summary.units(scenario.system), "versions": versions()})

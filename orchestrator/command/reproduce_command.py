@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.text import Text
 
-from orchestrator.command.console import err, out, working
+from orchestrator.command.console import err, out, print_notes, working
 
 
 def reproduce(
@@ -19,22 +20,25 @@ def reproduce(
     seed: Annotated[int, typer.Option(metavar="S", help="Which variations are drawn.")] = 1,
 ) -> None:
     """Run every experiment of the paper, and say which of its claims hold."""
-    with working() as progress:
-        progress.now("getting ready")
-        from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
-        from orchestrator.reproduction.paper import experiments  # noqa: PLC0415
-        from orchestrator.reproduction.varied import variations  # noqa: PLC0415
+    with ExitStack() as writing:
+        with working() as progress:
+            progress.now("getting ready")
+            from orchestrator.reproduction import reproduce as reproduction  # noqa: PLC0415
+            from orchestrator.reproduction.paper import experiments  # noqa: PLC0415
+            from orchestrator.reproduction.varied import variations  # noqa: PLC0415
 
-        listed = experiments.load()
-        request = variations.request(varied, seed) if varied != 0 else None
-        target = reproduction.new_folder(folder)
-    driven = _drive(request) if request is not None else None
-    with working() as progress:
-        report = reproduction.reproduce(listed, target, progress, driven)
-    for verdict in report.verdicts:
-        parts = (verdict.claim, "bold"), f" {verdict.words}: ", (verdict.status, "bold"), f" {verdict.condition}"
-        out.print(Text.assemble(*parts))
-    out.print(f"{report.folder}/  report.html  report.md  report.json  runs/  figures/")
+            listed = experiments.load()
+            request = variations.request(varied, seed) if varied != 0 else None
+            claimed = writing.enter_context(reproduction.new_folder(folder, listed))
+        print_notes(claimed.remarks)
+        driven = _drive(request) if request is not None else None
+        with working() as progress:
+            report = reproduction.reproduce(listed, claimed.path, progress, driven)
+        for verdict in report.verdicts:
+            out.print(
+                f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}"
+            )
+        out.print(f"{claimed.named}/  report.html  report.md  report.json  runs/  figures/")
 
 
 def _drive(request: Any) -> Any:

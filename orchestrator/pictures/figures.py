@@ -33,6 +33,7 @@ from orchestrator.pictures.figure_parts import (
 )
 from orchestrator.pictures.plots import Limit, Plot
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns, signals
+from orchestrator.results.manifest import unfinished
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, shown, signal_path
@@ -80,7 +81,8 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
     for name, figure in figures.items():
         if figure is not None:
             files.append(folder / f"{name}.png")
-            figure.savefig(files[-1], dpi=DPI)
+            with unfinished(files[-1]) as file:
+                figure.savefig(file, dpi=DPI)
     return files
 
 

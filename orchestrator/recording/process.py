@@ -11,7 +11,7 @@ import tempfile
 import threading
 from collections.abc import Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import IO, TYPE_CHECKING, Final, Self
 
 from fmus.toolchain.child_death import ChildDiedError
 from fmus.toolchain.child_process import ChildProcess
@@ -25,6 +25,8 @@ TO_FILE: Final = 0.5
 """[s] Wall time between two batches for a file, which is what a run loses at most when both processes are killed."""
 TO_VIEWER: Final = 0.1
 """[s] Wall time between two batches for a viewer, short enough for smooth motion."""
+_MOST: Final = 6000
+"""The most ticks whose rows are in one message."""
 _OPEN_WITHIN: Final = 60.0
 """[s] The time after which the run begins although nothing is open yet."""
 _WRITES_WITHIN, _WRITES_A_TICK_WITHIN = 60.0, 0.002
@@ -130,8 +132,24 @@ class RecordingProcess:
         self._open.set()
         while self._end is None:
             self._wake.wait(self._interval)
-            ended, kept = self._end, log.kept
-            if kept > sent and ended is None:
-                send(stream, NewRows(log.batches(sent, kept, simulation.step_times)))
-                sent = kept
-        send(stream, NewRows(log.batches(sent, log.kept, simulation.step_times), self._end or None))
+            if self._end is None and log.kept > sent:
+                sent = self._send_rows(stream, simulation, sent)
+        self._send_rows(stream, simulation, sent)
+
+    def _send_rows(self, stream: IO[bytes], simulation: Simulation, first: int) -> int:
+        """Send the rows from a tick on, in messages that are not too large; return the tick after them."""
+        about, last = self._end, simulation.log.kept
+        for begin in range(first, max(last, first + 1), _MOST):
+            end = min(begin + _MOST, last)
+            rows = simulation.log.batches(begin, end, simulation.step_times)
+            send(stream, NewRows(rows, about or None if end == last else None))
+        return last
+
+
+def recorded_by_process(request: RecordingRequest, simulation: Simulation, about: Mapping[str, str]) -> str:
+    """Record a run that is over, in a process of its own; return what went wrong, in a line, or nothing."""
+    with RecordingProcess() as process:
+        process.begin(request, simulation)
+        process.wait_until_open()
+        process.end(about)
+        return process.wait()

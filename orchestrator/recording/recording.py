@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from orchestrator.recording.messages import RecordingRequest
+from orchestrator.recording.process import recorded_by_process
+from orchestrator.results.manifest import unfinished
 from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.stepping.rows import RowBatch
@@ -31,18 +33,23 @@ _SLOW: Final = 200
 """Rows; a run whose first batch has fewer of them gets a compact file as well."""
 
 
+_MOST_IN_MEMORY: Final = 2_000_000
+"""Values of a recording that is made in this process; a process of its own writes larger ones."""
+
+
 class Recording:
     """The recording of one run, in a file or in the viewer at a URL.
 
     Args:
         request: What to record, and where.
         scenario: What is run.
+        at_once: Whether a file is written at the end, as a whole.
     """
 
-    def __init__(self, request: RecordingRequest, scenario: Scenario) -> None:
-        self._request, self._scenario = request, scenario
-        self._file = request.sink if isinstance(request.sink, Path) else None
-        self._stream = self._open(request.sink)
+    def __init__(self, request: RecordingRequest, scenario: Scenario, *, at_once: bool = False) -> None:
+        self._request, self._scenario, self._at_once = request, scenario, at_once
+        self._file = request.sink if isinstance(request.sink, Path) and not at_once else None
+        self._stream = self._open(None if at_once else request.sink)
         if self._file is not None:
             self._stream.flush()  # from here on there is a file, however the run ends
         self._compact: RerunStream | None = None
@@ -75,14 +82,17 @@ class Recording:
             about: The run's provenance as it is known at the end.
         """
         if self._compact is None or self._file is None:
-            self._stream.close(about)
+            whole = self._stream.close(about)
+            if self._at_once and isinstance(self._request.sink, Path):
+                with unfinished(self._request.sink) as file:
+                    file.write_bytes(whole)
             return
         self._send(self._compact, joined(self._pending))
         self._compact.close(about)
         self._stream.close(about)
         _compact_file(self._file).replace(self._file)
 
-    def _open(self, sink: Path | str) -> RerunStream:
+    def _open(self, sink: Path | str | None) -> RerunStream:
         from orchestrator.recording.stream import RerunStream  # noqa: PLC0415
 
         scenario = self._scenario
@@ -124,14 +134,14 @@ class Afterwards:
             What went wrong, in a line; empty if nothing did.
         """
         log, request = self._simulation.log, self._request
-        scenario = ssp_reader.read(request.folder / SYSTEM)
+        if log.kept * sum(map(len, log.elements)) > _MOST_IN_MEMORY:
+            return recorded_by_process(request, self._simulation, self._about)
         try:
-            recording = Recording(request, scenario)
+            recording = Recording(request, ssp_reader.read(request.folder / SYSTEM), at_once=True)
             for first in range(0, log.kept, LARGE):
                 last = min(first + LARGE, log.kept)
                 recording.log(log.batches(first, last, self._simulation.step_times), last=True)
             recording.close(self._about)
-            _compact_file(request.folder / request.sink).unlink(missing_ok=True)  # left by a process that has died
         except Exception as error:  # noqa: BLE001 - the recording is best effort: the run is kept, and a note tells
             return f"{type(error).__name__}: {error}"
         return ""

@@ -8,10 +8,14 @@ once, because the viewer shows the latest value.
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
+import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import rerun as rr
@@ -31,6 +35,12 @@ if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
 
+_LOOKS_AFTER, _WRITES_WITHIN = 1.0, 60.0
+"""[s] When it is looked why a file does not grow, and the time after which it never will."""
+_LEAST_ROOM: Final = 2**22
+"""[byte] With less, a file that does not grow has no room."""
+
+
 @dataclass(frozen=True)
 class ShapeBatch:
     """The shapes of some rows: the tick and the time [s] of each row, `(n,)`, and what is drawn."""
@@ -46,7 +56,7 @@ class RerunStream:
     The scenery, the styles and the layout are written at once; every batch is sent in columns, one call per entity.
 
     Args:
-        sink: A file, or the URL of a viewer.
+        sink: A file, or the URL of a viewer; in memory, as `close` gives it, if None.
         system: The system that runs.
         scene: The scene that it is drawn in; None for a system without one.
         name: What the recording is called in the viewer.
@@ -59,7 +69,7 @@ class RerunStream:
 
     def __init__(  # noqa: PLR0913 - what a recording is made of
         self,
-        sink: Path | str,
+        sink: Path | str | None,
         system: System,
         scene: Scene | None,
         *,
@@ -73,7 +83,8 @@ class RerunStream:
         self._name, self._last = name, grid.start
         page = Page(entity="/about", text=pages.page(name, about, system))
         styles = [page, *self._picture.styles()]
-        self._stream = _opened(sink, name, screen([self._picture]), styles, recording_id)
+        self._stream, self._sink = _opened(sink, name, screen([self._picture]), styles, recording_id), sink
+        self._memory = self._stream.binary_stream() if sink is None else None
 
     def log(self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None) -> None:
         """Send consecutive rows. Signals that are recorded at different ticks come in separate calls.
@@ -89,23 +100,44 @@ class RerunStream:
         send_shapes(self._stream, self._grid.ticks(times), times, self._picture.shapes(frame, step_times))
 
     def flush(self) -> None:
-        """Write what has been logged, so that it outlives this process."""
-        self._stream.flush()
+        """Write what has been logged, so that it outlives this process. Raises `OSError` where a file cannot grow."""
+        _flush(self._stream, self._sink)
 
-    def close(self, about: Mapping[str, str] | None = None) -> None:
+    def close(self, about: Mapping[str, str] | None = None) -> bytes:
         """Write what is left, and the file's footer.
 
         Args:
             about: The run's provenance as it is known at the end; its entry `fault` also becomes a line of the log,
                 at the last row.
+
+        Returns:
+            The recording, if it was made in memory.
         """
         if about is not None:
             if "fault" in about:
                 last = np.array([self._last])
                 send_shapes(self._stream, self._grid.ticks(last), last, [self._picture.fault(about["fault"])])
             send_style(self._stream, Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
-        self._stream.flush()
+        self.flush()
+        whole = b"" if self._memory is None else self._memory.read() or b""
         self._stream.disconnect()
+        return whole
+
+
+def _flush(stream: rr.RecordingStream, sink: Path | str | None) -> None:
+    """Wait until all is written; of a file that cannot grow Rerun says nothing, and would wait for ever."""
+    if not isinstance(sink, Path):
+        stream.flush()
+        return None
+    began = time.monotonic()
+    while True:
+        try:
+            return stream.flush(timeout_sec=_LOOKS_AFTER)
+        except RuntimeError as error:
+            if shutil.disk_usage(sink.parent).free < _LEAST_ROOM:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
+            if time.monotonic() - began > _WRITES_WITHIN:
+                raise OSError(errno.EIO, f"nothing can be written within {_WRITES_WITHIN:g} s") from error
 
 
 def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], batches: Iterable[ShapeBatch]) -> None:
@@ -121,17 +153,18 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
     stream = _opened(path, name, layout, styles)
     for batch in batches:
         send_shapes(stream, batch.ticks, batch.times, batch.shapes)
-    stream.flush()
+    _flush(stream, path)
     stream.disconnect()
 
 
 def _opened(
-    sink: Path | str, name: str, layout: ViewGroup, styles: Iterable[Style], recording_id: str | None = None
+    sink: Path | str | None, name: str, layout: ViewGroup, styles: Iterable[Style], recording_id: str | None = None
 ) -> rr.RecordingStream:
     """A recording with all that holds from the start."""
     stream = rr.RecordingStream("macrostep", recording_id=recording_id)
     stream.set_log_time_enabled(False)
-    stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
+    if sink is not None:
+        stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
     stream.send_blueprint(blueprint(layout))
     stream.send_recording_name(name)
     for style in styles:

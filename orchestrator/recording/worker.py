@@ -22,8 +22,10 @@ from typing_extensions import override
 from fmus.toolchain.child_process import ParentProcess
 from orchestrator.recording.messages import NewRows, RecordingRequest
 
-MessageQueue: TypeAlias = "queue.SimpleQueue[bytes | None]"
+MessageQueue: TypeAlias = "queue.Queue[bytes | None]"
 """Pickled messages in the order in which they came; None after the last."""
+_WAITING: Final = 32
+"""The messages that may wait, so that a viewer that hangs does not fill the memory of this process."""
 _LINGERS: Final = 5.0
 """[s] The time after the last message in which a viewer must take the rest; the stepping process waits for less."""
 
@@ -41,14 +43,14 @@ def main() -> None:
     """Record until the messages end."""
     sys.meta_path.insert(0, _WithoutPandas())
     parent = ParentProcess()
-    messages: MessageQueue = queue.SimpleQueue()
+    messages: MessageQueue = queue.Queue(_WAITING)
     receiver = threading.Thread(target=_receive, args=(parent.requests, messages), daemon=True)
     receiver.start()
     _record(messages, receiver, parent)
 
 
 def _receive(stream: IO[bytes], messages: MessageQueue) -> None:
-    """Receive messages, so that the other process never waits; None says that there are no more.
+    """Receive messages, so that the other process does not wait while this one gets ready; None comes after the last.
 
     Nothing is unpickled here, because that imports modules, and two threads that import modules that depend on each
     other would see them incomplete.

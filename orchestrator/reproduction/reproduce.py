@@ -17,10 +17,13 @@ from orchestrator.reproduction.report import report
 from orchestrator.reproduction.varied import varied_content
 from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.reproduction.varied.varied_set import VariedSet
-from orchestrator.results.run_folder import emptied_folder
+from orchestrator.results.claimed_folder import ClaimedFolder, claim
+from orchestrator.results.manifest import Contents
 
 EXPERIMENTS_FILE: Final = "experiments.json"
-"""The list of experiments, written first: a folder that has it holds a reproduction, whole or cut short."""
+"""The list of experiments, written first."""
+_RUNS: Final = "runs"
+"""The folder of the run folders."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def reproduce(
     (folder / EXPERIMENTS_FILE).write_text(experiments.model_dump_json(indent=2) + "\n", encoding="utf-8")
     with runs.processes() as pool:
         runs.build(experiments, progress)
-        outcomes = runs.execute_all(experiments.all_runs(), folder / "runs", pool, progress)
+        outcomes = runs.execute_all(experiments.all_runs(), folder / _RUNS, pool, progress)
         times = timing.measure(experiments.timing, outcomes, progress) if experiments.timing is not None else []
         progress.now("looking at the runs")
         gathered = evidence.gather(experiments, outcomes, times)
@@ -67,15 +70,17 @@ def _judged(varied: VariedSet, folder: Path) -> JudgedSet:
     return varied_content.judge(varied)
 
 
-def new_folder(out: Path | None) -> Path:
+def new_folder(out: Path | None, experiments: Experiments) -> ClaimedFolder:
     """Make the folder of the report: `out`, or the next free ``runs/reproduce-1``, ``-2``, ...
 
-    A former reproduction at `out` is replaced; anything else that is there stays.
+    The report of a former reproduction at `out` is removed, and each run replaces its own; anything else stays.
 
     Raises:
-        RequestError: Something else is there, or the folder cannot be written to.
+        RequestError: Something else is in the way, another process writes there, or nobody can.
     """
-    return emptied_folder("reproduce", out, "reproduction", lambda folder: (folder / EXPERIMENTS_FILE).is_file())
+    figures = [*map(report.figure_file, experiments.figures), report.VARIED_FIGURE]
+    files = ("report.json", "report.md", "report.html", EXPERIMENTS_FILE, *figures)
+    return claim("reproduce", out, Contents("reproduction", files, inner=(_RUNS,)))
 
 
 def _drawn(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -54,7 +54,6 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     Returns:
         The metrics by name, in SI units; those that are not finite are left out.
     """
-    whole = {name: np.asarray(frame[name]) for name in map(str, frame)}
     metrics: dict[str, float] = {}
     for family, records in (
         (_motion, ()),
@@ -67,7 +66,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         (_corridor, (Plan,)),
         (_solver, (Solver,)),
     ):
-        rows = _finite(whole, [buses[r] for r in (VehicleState, *records) if r in buses])
+        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses])
         if len(rows["time"]):
             metrics |= family(rows, buses)
     return {name: value for name, value in metrics.items() if np.isfinite(value)}
@@ -215,14 +214,54 @@ def _solver(frame: Frame, buses: BusPaths) -> dict[str, float]:
     return metrics
 
 
-def _finite(whole: Mapping[str, NDArray[Any]], buses: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """The rows in which all numbers of some buses are finite."""
-    finite = np.ones(len(whole["time"]), dtype=bool)
-    beginnings = tuple(f"{bus}." for bus in buses)
-    for name, values in whole.items():
-        if name.startswith(beginnings) and values.dtype.kind == "f":  # the others are finite, or no numbers
-            finite &= np.isfinite(values)
-    return {name: values[finite] for name, values in whole.items()}
+class Chosen(Mapping[str, Any]):
+    """Some of the columns of a run, each of which is taken when it is asked for.
+
+    Args:
+        frame: All columns.
+        names: Those that are wanted; those that are not there are left out.
+        every: Only every how many rows are wanted.
+    """
+
+    def __init__(self, frame: Frame, names: Iterable[str], every: int = 1) -> None:
+        self._frame, self._every = frame, every
+        self._names = dict.fromkeys(name for name in names if name in frame)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._frame[name][:: self._every]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+class _FiniteRows(Mapping[str, NDArray[Any]]):
+    """The rows in which all numbers of some buses are finite; each column is taken when it is asked for."""
+
+    def __init__(self, frame: Frame, buses: Iterable[str]) -> None:
+        self._frame = frame
+        self._names = dict.fromkeys(map(str, frame))
+        finite = np.ones(len(frame["time"]), dtype=bool)
+        beginnings = tuple(f"{bus}." for bus in buses)
+        for name in self._names:
+            if name.startswith(beginnings):
+                values = np.asarray(frame[name])
+                if values.dtype.kind == "f":  # the others are finite, or no numbers
+                    finite &= np.isfinite(values)
+        self._finite = finite
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return np.asarray(self._frame[name])[self._finite]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
 
 
 def _column(frame: Frame, name: str) -> Array:

@@ -51,10 +51,11 @@ def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:
     """What ended a run before its stop time, and when.
 
     Args:
-        fault: The tick, the time [s], the unit and the reason.
+        fault: The tick, the time [s], the unit (empty where it was none) and the reason.
 
     Returns:
         The entries `fault` and `fault at`.
     """
     at = f"tick {fault['tick']} (t = {fault['time']:g} s)"
-    return {"fault": f"unit `{fault['unit']}`: {fault['reason']}", "fault at": at}
+    unit = f"unit `{fault['unit']}`: " if fault["unit"] else ""
+    return {"fault": f"{unit}{fault['reason']}", "fault at": at}

@@ -1,21 +1,22 @@
 """The run folder: the names of its files, the start of a new one, and what remains of a run that was cut short.
 
 A run folder holds `SIGNALS` (all signals, with units of measurement in the metadata), `RECORDING` (Rerun), `SUMMARY`
-(metrics, verdicts, versions, hashes, parameters), `SYSTEM` and pictures in `FIGURES`. The summary is written last: a
-folder without it belongs to a run that was cut short.
+(metrics, verdicts, versions, hashes, parameters), `SYSTEM` and pictures in `FIGURES`, all of which its manifest lists.
+The summary is written last: a folder without it belongs to a run that was cut short, whose rows are in `ROWS`.
 """
 
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from components.interfaces.problem import Problem, refuse
+from orchestrator.results.claimed_folder import ClaimedFolder, claim
+from orchestrator.results.manifest import Contents
 
 if TYPE_CHECKING:  # opening a whole recording does not need it, and a person waits
     from orchestrator.system.experiment import Scenario
@@ -27,6 +28,31 @@ SUMMARY: Final = "summary.json"
 FIGURES: Final = "figures"
 """A folder of PNG files."""
 
+ROWS: Final = "rows"
+"""A folder of parquet files while the run lasts, each with some of the rows; `pandas.read_parquet` reads it as one."""
+PART: Final = "part-*.parquet"
+"""The files in it, in the order of their names."""
+MEANING: Final = "_common_metadata"
+"""What the columns of these files are, as parquet has it."""
+DRAFT: Final = ".draft.json"
+"""The summary as it is known before the end of the run."""
+RESERVE: Final = ".reserve"
+"""Room on the disk that is kept for the summary."""
+PICTURES: Final = ("trajectory", "actuation", "yaw_rate", "acceleration", "friction", "speed", "path_error")
+"""The names of the figures."""
+
+UNFINISHED: Final = (DRAFT, RESERVE, *(f"{ROWS}/{name}" for name in (PART, f".{PART}", MEANING, f".{MEANING}")))
+"""What a run writes that is not there any more when it is finished."""
+RUN: Final = Contents(
+    "run",
+    (
+        *(SUMMARY, f".{SUMMARY}", SYSTEM, SIGNALS, f".{SIGNALS}", RECORDING, f".{RECORDING}"),
+        *UNFINISHED,
+        *(f"{FIGURES}/{name}.png" for name in PICTURES),
+    ),
+)
+"""What a run writes."""
+
 VALID_RUN: Final = "a run folder, or an .rrd file"
 """What a request for a run may name, as messages put it."""
 _KEYS: Final = {"scenario", "title", "status", "units", "versions"}
@@ -34,58 +60,21 @@ _KEYS: Final = {"scenario", "title", "status", "units", "versions"}
 _REMEDY: Final = "Make a run: macrostep run static"
 
 
-def new_folder(scenario: str, out: Path | None) -> Path:
-    """Make the folder for a run.
+def new_folder(scenario: str, out: Path | None, here: Path | None = None) -> ClaimedFolder:
+    """Make the folder for a run, which this process alone writes to.
 
     Args:
         scenario: The scenario's name, which names the folder where nothing else does.
         out: The folder; the next free ``runs/NAME-1``, ``-2``, ... if not given.
+        here: What relative paths are relative to; the working folder if not given.
 
     Returns:
-        The folder, with nothing in it but an empty folder for figures. A former run is replaced.
+        The folder, in which nothing is left of a former run.
 
     Raises:
-        RequestError: Something other than a run is there, or the place cannot be written to.
+        RequestError: Something that no run wrote is in the way, another process writes there, or nobody can.
     """
-    return emptied_folder(scenario, out, "run", is_run, inside=FIGURES)
-
-
-def emptied_folder(name: str, out: Path | None, what: str, is_former: Callable[[Path], bool], inside: str = "") -> Path:
-    """Make a folder for results, in the place of former results of the same kind.
-
-    Args:
-        name: What names the folder where `out` does not.
-        out: The folder; the next free ``runs/NAME-1``, ``-2``, ... if not given.
-        what: What the results are, for messages.
-        is_former: Tells whether a folder holds former results, which are replaced; anything else that is there stays.
-        inside: A folder that is made in it.
-
-    Returns:
-        The folder, with nothing else in it.
-
-    Raises:
-        RequestError: Something else is there, or the place cannot be written to.
-    """
-    folder = out
-    if folder is None:
-        taken = {int(p.name.rpartition("-")[2]) for p in Path("runs").glob(f"{name}-[0-9]*") if _is_numbered(p)}
-        folder = Path("runs") / f"{name}-{max(taken, default=0) + 1}"
-    where, valid = str(folder), f"a folder that is new, empty or a former {what}, in a place that can be written to"
-    if folder.is_file():
-        raise refuse(where, "a file", valid, "Choose another folder with --out.")
-    try:
-        if folder.is_dir() and any(folder.iterdir()):
-            if not is_former(folder):
-                raise refuse(where, "a folder with other things in it", valid, "Choose another folder with --out.")
-            shutil.rmtree(folder)
-        (folder / inside).mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-        (folder / ".writable").unlink()
-    except OSError as error:
-        raise refuse(
-            where, f"a folder that cannot be written to ({error.strerror})", valid, "Choose another one."
-        ) from error
-    return folder
+    return claim(scenario, out, RUN, here)
 
 
 def is_run(folder: Path) -> bool:
@@ -103,6 +92,11 @@ def write_system(scenario: Scenario, folder: Path) -> None:
     from orchestrator.ssp import writer as ssp_writer  # noqa: PLC0415 - reading runs does not need it
 
     ssp_writer.write(scenario, folder / SYSTEM)
+
+
+def parts(folder: Path) -> list[Path]:
+    """The files with some of the rows of a run, in the order of their rows."""
+    return sorted((folder / ROWS).glob(PART))
 
 
 @dataclass(frozen=True)
@@ -144,9 +138,13 @@ class KeptRun:
         return cast(dict[str, Any], content) if isinstance(content, dict) and content.keys() >= _KEYS else {}
 
     @property
-    def has_rows(self) -> bool:
-        """Whether `signals.parquet` is there."""
-        return self.folder is not None and (self.folder / SIGNALS).is_file()
+    def rows(self) -> Path | None:
+        """What `pandas.read_parquet` reads the rows from: `signals.parquet`, or the parts of one that was cut short."""
+        if self.folder is None:
+            return None
+        if (self.folder / SIGNALS).is_file():
+            return self.folder / SIGNALS
+        return self.folder / ROWS if parts(self.folder) else None
 
 
 def find(request: Path) -> KeptRun | Problem:
@@ -172,14 +170,10 @@ def _in_folder(folder: Path) -> KeptRun | Problem:
     path = folder / RECORDING
     recording = path if path.is_file() else None
     run = KeptRun(str(folder), folder if is_run(folder) else None, recording)
-    if recording is None and not run.has_rows:
+    if recording is None and run.rows is None:
         what = f"a run without {RECORDING} and {SIGNALS}" if run.folder else f"a folder without {RECORDING}"
         return Problem(run.where, what, VALID_RUN, "Run it again." if run.folder else _REMEDY)
     return run
-
-
-def _is_numbered(path: Path) -> bool:
-    return path.name.rpartition("-")[2].isdigit()
 
 
 def _begins_as_recording(path: Path) -> bool:

@@ -12,6 +12,8 @@ from typing import Any, cast
 import numpy as np
 
 from orchestrator.results import metrics
+from orchestrator.results.manifest import unfinished
+from orchestrator.results.metrics import Chosen
 from orchestrator.results.provenance import fault_facts, versions
 from orchestrator.results.run_folder import SUMMARY
 from orchestrator.stepping.master import Simulation, SimulationError
@@ -20,11 +22,30 @@ from orchestrator.system.shown import shown
 from orchestrator.system.system import System
 
 
+def draft(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:
+    """What a summary says that is known before the first step."""
+    return {
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "status": "running",
+        "metrics": {},
+        "verdicts": {},
+        "experiment": _experiment(scenario, simulation),
+        "schedule": str(simulation.schedule),
+        "units": units(scenario.system),
+        "connections": [str(c) for c in scenario.system.connections],
+        "parameters": scenario.sources,
+        "timing": {},
+        "versions": versions(),
+    }
+
+
 def summary(
     scenario: Scenario,
     simulation: Simulation,
     columns: Mapping[str, Any],
     ended: SimulationError | KeyboardInterrupt | None,
+    known: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The run on one page, for a person and for a machine.
 
@@ -33,29 +54,19 @@ def summary(
         simulation: The simulation after its last step.
         columns: Its rows, by column.
         ended: What ended the run before its stop time; None if nothing did.
+        known: What `draft` has given before.
 
     Returns:
         The content of `summary.json`.
     """
-    measured: dict[str, float] = {}
-    if scenario.scene is not None and len(columns["time"]):
-        # Signals that were not kept at every tick could only give metrics other than those of the run.
-        dense = {name: columns[name] for name in ("time", *simulation.log.at_every_tick)}
-        measured = metrics.compute(dense, shown(scenario.system), scenario.scene)
+    # Signals that were not kept at every tick could only give metrics other than those of the run.
+    dense = Chosen(columns, ("time", *simulation.log.at_every_tick))
     times = simulation.step_times[: simulation.log.kept] * 1e6
-    content: dict[str, Any] = {
-        "scenario": scenario.name,
-        "title": scenario.title,
+    content = dict(known or draft(scenario, simulation)) | {
         "status": status(ended),
-        "metrics": measured,
-        "verdicts": metrics.verdicts(measured),
+        **measured(scenario, dense),
         "experiment": _experiment(scenario, simulation),
-        "schedule": str(simulation.schedule),
-        "units": units(scenario.system),
-        "connections": [str(c) for c in scenario.system.connections],
-        "parameters": scenario.sources,
         "timing": _timing(times) if len(times) else {},
-        "versions": versions(),
     }
     if found := simulation.log.finiteness.found:
         content["not_finite"] = {o.element.path: {"first": o.time, "value": o.value} for o in found}
@@ -64,6 +75,19 @@ def summary(
     if simulation.ended is not None:
         content["ended"] = {"unit": simulation.ended.unit, "time": simulation.ended.time}
     return content
+
+
+def measured(scenario: Scenario, rows: Mapping[str, Any]) -> dict[str, Any]:
+    """The metrics of a run and its verdicts.
+
+    Args:
+        scenario: What was run.
+        rows: The columns of what was kept at every tick.
+    """
+    known: dict[str, float] = {}
+    if scenario.scene is not None and len(rows["time"]):
+        known = metrics.compute(rows, shown(scenario.system), scenario.scene)
+    return {"metrics": known, "verdicts": metrics.verdicts(known)}
 
 
 def _experiment(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:
@@ -119,15 +143,17 @@ def _unit(system: System, name: str) -> dict[str, Any]:
     return content
 
 
-def write_summary(content: Mapping[str, Any], folder: Path) -> None:
-    """Write the summary, which is the last file of a run.
+def write_summary(content: Mapping[str, Any], folder: Path, name: str = SUMMARY) -> None:
+    """Write the summary, which is the last file of a run, completely or not at all.
 
     Args:
         content: The content of `summary.json`.
         folder: The run folder.
+        name: The name of the file.
     """
     text = json.dumps(_strict(content), indent=2, default=_plain)
-    (folder / SUMMARY).write_text(text + "\n", encoding="utf-8")
+    with unfinished(folder / name) as file:
+        file.write_text(text + "\n", encoding="utf-8")
 
 
 def _strict(value: Any) -> Any:

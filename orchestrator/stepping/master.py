@@ -39,13 +39,14 @@ class SimulationError(RuntimeError):
     Args:
         tick: The tick at which it ended.
         t: The time of that tick [s].
-        unit: The unit that failed, or whose signal is not finite.
+        unit: The unit that failed, or whose signal is not finite; empty where no unit is to blame.
         reason: What happened, in words.
     """
 
     def __init__(self, tick: int, t: float, unit: str, reason: str) -> None:
         self.tick, self.time, self.unit, self.reason = tick, t, unit, reason
-        super().__init__(f"tick {tick} (t = {t:g} s), unit `{unit}`: {reason}")
+        of_unit = f", unit `{unit}`" if unit else ""
+        super().__init__(f"tick {tick} (t = {t:g} s){of_unit}: {reason}")
 
 
 @dataclass(frozen=True)
@@ -197,6 +198,8 @@ class Simulation:
         self.log.kept = self.tick + 1
         if not finite:
             raise SimulationError(self.tick, self.time, *self.log.finiteness.fault())
+        if self.log.halted:
+            raise SimulationError(self.tick, self.time, "", self.log.halted)
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
@@ -292,7 +295,11 @@ class Simulation:
             a table, and what was written. With a choice of what is recorded there is a row for each tick at which
             something was, with NaN for the signals that were not.
         """
-        ticks, kept = self.log.columns()
+        return self.rows(0, self.log.kept)
+
+    def rows(self, first: int, last: int) -> dict[str, NDArray[Any]]:
+        """Give the rows of the ticks from `first` to before `last` as `columns` gives all."""
+        ticks, kept = self.log.columns(first, last)
         tabled = self._from_table.received(ticks)
         return {"time": self.log.times[ticks], **kept, **tabled, **self._written.received(kept, ticks, tabled)}
 

@@ -6,24 +6,23 @@ what is not wanted is not even copied.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
 from orchestrator.stepping.finiteness import Finiteness
-from orchestrator.stepping.observation import applied
+from orchestrator.stepping.paces import paces
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
 from orchestrator.system.experiment import EVERYTHING, Choice, TimeGrid
-from orchestrator.system.patterns import fits
-from orchestrator.system.system import System
 
 LARGEST_LOG: Final = 4 * 2**30
-"""[byte] The largest size of all rows; they are kept in memory, and a machine runs out of it without a warning."""
+"""[byte] The largest size of all rows; they may be in memory, and a machine runs out of it without a warning."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +60,25 @@ class RowBatch:
         return {"time": self.times} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
 
 
-class _Group:
-    """Memory for the rows of signals that are kept at every `every`-th tick."""
+ColumnsOfTicks: TypeAlias = Callable[[int, int], Mapping[str, NDArray[Any]]]
+"""Gives the rows of the ticks from a first one to before a last one, as `RowLog.columns` does."""
 
-    def __init__(self, table: SignalTable, every: int, chosen: Sequence[RecordedElement], ticks: int) -> None:
+BLOCK: Final = 2**22
+"""[byte] About how many rows are in a block of memory."""
+BLOCKS: Final = 8
+"""The blocks that stay in memory, so that what goes wrong with the disk for some time loses nothing."""
+
+
+class _Group:
+    """Signals that are kept at every `every`-th tick, and where the rows of a block of ticks are copied to."""
+
+    def __init__(self, table: SignalTable, every: int, chosen: Sequence[RecordedElement]) -> None:
         self.every = every
-        self.rows: dict[Type, NDArray[Any]] = {}
         self.elements: list[RecordedElement] = []
         """The chosen elements by type, each with its index among the rows of that type."""
+        self._values: dict[Type, tuple[NDArray[Any], NDArray[np.int64] | None]] = {}
+        """By type, values in the table, and the places of those that are kept; none where these lie side by side."""
+        self._widths: dict[Type, int] = {}
         self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
         """Rows, and the values that lie side by side in the table."""
         self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
@@ -77,28 +87,50 @@ class _Group:
             of_kind = [element for element in chosen if element.type is kind]
             self.elements += [element._replace(position=i) for i, element in enumerate(of_kind)]
             at = np.array([element.position for element in of_kind])
-            self.rows[kind] = zeros(kind, (self.count(ticks), len(at)))
+            self._widths[kind] = len(at)
             if (np.diff(at) == 1).all():
-                self.copies.append((self.rows[kind], table.columns[kind][at[0] : at[-1] + 1]))
+                self._values[kind] = table.columns[kind][at[0] : at[-1] + 1], None
             else:
-                self.picks.append((self.rows[kind], table.columns[kind], at))
+                self._values[kind] = table.columns[kind], at
+
+    def reserve(self, first: int, last: int) -> dict[Type, NDArray[Any]]:
+        """Memory for the rows of the ticks from `first` to before `last`, to which rows are copied from now on."""
+        self._begin = self.count(first)
+        rows = {kind: zeros(kind, (self.count(last) - self._begin, n)) for kind, n in self._widths.items()}
+        self.copies = [(rows[kind], values) for kind, (values, places) in self._values.items() if places is None]
+        self.picks = [(rows[k], values, places) for k, (values, places) in self._values.items() if places is not None]
+        return rows
 
     def keep(self, tick: int) -> None:
         """Copy the present values, if it is their tick."""
         row, other = divmod(tick, self.every)
         if not other:
+            row -= self._begin
             for rows, values in self.copies:
                 rows[row] = values
             for rows, values, places in self.picks:
                 values.take(places, 0, rows[row], "clip")  # "clip": no copy between; all places are in range
+
+    def ticks(self, first: int, last: int) -> NDArray[np.int64]:
+        """Those of the ticks from `first` to before `last` that have a row."""
+        return np.arange(self.count(first) * self.every, last, self.every)
 
     def count(self, ticks: int) -> int:
         """How many rows the ticks before `ticks` have."""
         return -(-ticks // self.every)
 
 
+class _Block(NamedTuple):
+    """Memory for the rows of the ticks from `first` to before `last`."""
+
+    first: int
+    last: int
+    rows: list[dict[Type, NDArray[Any]]]
+    """By group and type."""
+
+
 class RowLog:
-    """All rows of a run, in memory that is reserved at the start.
+    """All rows of a run, in blocks of memory; the first of them may be dropped when something else has their rows.
 
     Args:
         table: The signal table.
@@ -112,30 +144,65 @@ class RowLog:
     def __init__(self, table: SignalTable, grid: TimeGrid, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
         """Number of ticks whose rows are complete, so that another thread may read them."""
-        length = grid.last_tick + 1
+        self.halted = ""
+        """Why the run must not go on, in words; another thread says it."""
+        self._length = grid.last_tick + 1
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
-        _refuse_too_large(length, [(element.type, pace[element.path]) for element in chosen])
+        size = _size(self._length, [(element.type, pace[element.path]) for element in chosen])
         self.times = grid.times
         """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
         self._order = [element.path for element in chosen]
         self._groups = [
-            _Group(table, every, [element for element in chosen if pace[element.path] == every], length)
+            _Group(table, every, [element for element in chosen if pace[element.path] == every])
             for every in sorted({pace[path] for path in self._order})
         ]
+        self._blocks: list[_Block] = []
+        self._changing = threading.Lock()
+        self._elsewhere: ColumnsOfTicks | None = None
+        self._block_ticks = max(1, min(self._length, int(BLOCK * self._length / size) if size else self._length))
+        self._first, self._last = 0, 0
         # without a choice this is a single group of copies, which need not ask whose tick it is
-        plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
-        self._copies = self._groups[0].copies if plain else []
-        self._others = [] if plain else self._groups
+        self._reserve(0)
+        self._plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
+        self._copies = self._groups[0].copies if self._plain else []
+        self._others = [] if self._plain else self._groups
         self.finiteness = Finiteness(table, self.times)
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
+        if tick >= self._last:
+            self._reserve(tick)
+            self._copies = self._groups[0].copies if self._plain else []
         for rows, values in self._copies:
-            rows[tick] = values
+            rows[tick - self._first] = values
         for group in self._others:
             group.keep(tick)
         return self.finiteness.holds(tick)
+
+    def _reserve(self, tick: int) -> None:
+        self._first, self._last = tick, min(tick + self._block_ticks, self._length)
+        block = _Block(tick, self._last, [group.reserve(tick, self._last) for group in self._groups])
+        with self._changing:
+            self._blocks = [*self._blocks, block]
+
+    @property
+    def in_memory_from(self) -> int:
+        """The first tick whose rows are in memory."""
+        return self._blocks[0].first
+
+    def drop(self, before: int, elsewhere: ColumnsOfTicks) -> None:
+        """Drop the first rows from memory but for those of the last ticks.
+
+        Args:
+            before: The rows of ticks before this one may be dropped.
+            elsewhere: Gives them, as `columns` does.
+        """
+        with self._changing:
+            droppable = max(0, min(len(self._blocks) - BLOCKS, sum(block.last <= before for block in self._blocks)))
+            if droppable:
+                self._elsewhere = elsewhere
+                self._blocks = self._blocks[droppable:]
 
     @property
     def elements(self) -> list[list[RecordedElement]]:
@@ -159,96 +226,78 @@ class RowLog:
         for i, group in enumerate(self._groups):
             begin, end = group.count(first), group.count(last)
             if begin < end:
-                blocks = {kind: rows[begin:end] for kind, rows in group.rows.items()}
                 ticks = slice(begin * group.every, last, group.every)
                 times = self.times[ticks], step_times[ticks]
-                batches.append(RowBatch(i, begin * group.every, group.every, blocks, *times))
+                batches.append(RowBatch(i, begin * group.every, group.every, self._rows(i, first, last), *times))
         return batches
 
-    def columns(self) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
-        """All rows so far.
+    def columns(self, first: int = 0, last: int | None = None) -> tuple[NDArray[np.int64], dict[str, NDArray[Any]]]:
+        """The rows of the ticks from `first` to before `last`, all so far if not given.
 
         Returns:
             The ticks at which something was kept, (rows,); and by full path a column for each element, (rows,), in the
             order of the units. Where a signal was not kept at such a tick, its number is NaN and its text empty.
         """
-        due = [np.arange(0, self.kept, group.every) for group in self._groups]
-        ticks = np.unique(np.concatenate(due)) if due else np.arange(self.kept)
+        last = self.kept if last is None else last
+        due = [group.ticks(first, last) for group in self._groups]
+        ticks = self.row_ticks(first, last)
         columns: dict[str, NDArray[Any]] = {}
-        for group, own in zip(self._groups, due, strict=True):
+        for i, (group, own) in enumerate(zip(self._groups, due, strict=True)):
+            whole = all(other.every % group.every == 0 for other in self._groups)  # whatever part of the run it is
+            rows = self._rows(i, first, last)
             for _, path, kind, at in group.elements:
-                columns[path] = _spread(group.rows[kind][: len(own), at], np.isin(ticks, own), kind)
+                values = rows[kind][:, at]
+                columns[path] = values.copy() if whole else _spread(values, np.isin(ticks, own), kind)
         return ticks, {path: columns[path] for path in self._order}
+
+    def row_ticks(self, first: int, last: int) -> NDArray[np.int64]:
+        """Those of the ticks from `first` to before `last` at which something is kept."""
+        if not self._groups or any(group.every == 1 for group in self._groups):
+            return np.arange(first, last)
+        return np.unique(np.concatenate([group.ticks(first, last) for group in self._groups]))
+
+    def _rows(self, group: int, first: int, last: int) -> dict[Type, NDArray[Any]]:
+        """The rows of a group, by type, wherever they are."""
+        blocks, elsewhere = self._blocks, self._elsewhere
+        count = self._groups[group].count
+        parts: list[Mapping[Type, NDArray[Any]]] = []
+        if elsewhere is not None and first < blocks[0].first:
+            parts.append(self._stacked(group, first, min(last, blocks[0].first), elsewhere))
+        for block in blocks:
+            begin, end = max(first, block.first), min(last, block.last)
+            if begin < end:
+                own = slice(count(begin) - count(block.first), count(end) - count(block.first))
+                parts.append({kind: rows[own] for kind, rows in block.rows[group].items()})
+        if len(parts) == 1:
+            return dict(parts[0])
+        none = {kind: rows[:0] for kind, rows in blocks[0].rows[group].items()}
+        return {kind: np.concatenate([none[kind], *(part[kind] for part in parts)]) for kind in none}
+
+    def _stacked(self, group: int, first: int, last: int, elsewhere: ColumnsOfTicks) -> dict[Type, NDArray[Any]]:
+        """The same from columns."""
+        own = self._groups[group]
+        columns, mine = elsewhere(first, last), np.isin(self.row_ticks(first, last), own.ticks(first, last))
+        kinds = dict.fromkeys(element.type for element in own.elements)
+        return {
+            kind: np.stack([columns[e.path][mine] for e in own.elements if e.type is kind], axis=1).astype(DTYPES[kind])
+            for kind in kinds
+        }
 
 
 def _spread(values: NDArray[Any], where: NDArray[np.bool_], kind: Type) -> NDArray[Any]:
-    if where.all():
-        return values.copy()
     whole = np.full(len(where), np.nan) if kind.is_number else zeros(kind, len(where))
     whole[where] = values
     return whole
 
 
-def paces(system: System, choice: Choice) -> dict[str, int]:
-    """At every how many ticks each element of what units show is kept.
-
-    A signal that fits no pattern is not kept, unless all patterns only leave something out.
-
-    Args:
-        system: The system whose signals are kept.
-        choice: Pattern by pattern, at every how many ticks.
-
-    Returns:
-        Numbers of ticks by full path of an element, 0 for never.
-
-    Raises:
-        RequestError: A pattern fits no signal.
-    """
-    raise_if_any(_unfitting(system, choice))
-    found: dict[str, int] = {}
-    for unit, source in system.units.items():
-        outputs = len(source.interface.outputs)
-        of_outputs, of_others = (applied(choice, source, to_outputs=is_output) for is_output in (True, False))
-        for i, variable in enumerate(source.interface.recorded):
-            pace = (of_outputs if i < outputs else of_others).pace(f"{unit}.{variable.name}")
-            found |= dict.fromkeys((f"{unit}.{element}" for element in variable.elements), min(pace, _ONCE))
-    return found
-
-
-def _unfitting(system: System, choice: Choice) -> Iterator[Problem]:
-    """The problems of patterns that no signal fits; that of everything fits a system that has none."""
-    paths = [f"{unit}.{v.name}" for unit, source in system.units.items() for v in source.interface.recorded]
-    for pattern in choice:
-        if pattern in EVERYTHING or any(fits(path, pattern) for path in paths):
-            continue
-        others = [f"{unit}.{name}" for unit, source in system.units.items() for name in source.observable]
-        if not any(fits(path, pattern) for path in others):
-            known = [*paths, *others]
-            yield Problem(f"record {pattern}", "a pattern that no signal fits", choices(paths), _meant(pattern, known))
-
-
-def _meant(pattern: str, paths: Iterable[str]) -> str:
-    if any(path.startswith(f"{pattern}.") for path in paths):  # a unit, or a bus
-        return f"Did you mean `{pattern}.*`?"
-    return did_you_mean(pattern, paths)
-
-
-_ONCE: Final = 2**31
-"""[ticks] No run is as long, so that a signal of this pace or a larger one is kept at the start only."""
-
-
-def without_gaps(system: System, choice: Choice) -> set[str]:
-    """Full paths of the elements that are kept in every row: those at every tick, or all if all have the same pace."""
-    kept = {path: every for path, every in paces(system, choice).items() if every}
-    return {path for path, every in kept.items() if every == 1 or len(set(kept.values())) == 1}
-
-
-def _refuse_too_large(length: int, kept: Iterable[tuple[Type, int]]) -> None:
-    rows = sum(-(-length // every) * np.dtype(DTYPES[kind]).itemsize for kind, every in kept)
-    if rows > LARGEST_LOG:
+def _size(length: int, kept: Iterable[tuple[Type, int]]) -> int:
+    """[byte] The size of all rows. Raises `RequestError` where that is too large."""
+    size = sum(-(-length // every) * np.dtype(DTYPES[kind]).itemsize for kind, every in kept)
+    if size > LARGEST_LOG:
         raise refuse(
             "stop time",
-            f"{length} ticks, {rows / 2**30:.3g} GiB of rows",
+            f"{length} ticks, {size / 2**30:.3g} GiB of rows",
             f"at most {LARGEST_LOG / 2**30:g} GiB of rows",
             "Take a shorter run, a larger step or less to record.",
         )
+    return size

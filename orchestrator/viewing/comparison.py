@@ -19,7 +19,7 @@ from orchestrator.pictures.shapes import Page, SeriesStyle, SeriesValues, Shape,
 from orchestrator.recording.stream import ShapeBatch, write
 from orchestrator.results.provenance import facts
 from orchestrator.results.run_folder import KeptRun
-from orchestrator.stepping.rows import paces
+from orchestrator.stepping.paces import paces
 from orchestrator.system.experiment import TimeGrid
 from orchestrator.system.shown import signal_path
 

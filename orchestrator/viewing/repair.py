@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import RequestError, refuse
-from orchestrator.results.run_folder import SIGNALS, VALID_RUN, KeptRun
+from orchestrator.results.run_folder import VALID_RUN, KeptRun
 from orchestrator.viewing.rerun_program import executable
 
 
@@ -29,7 +29,7 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
     if run.recording is not None and _is_whole(run.recording):
         return run.recording
     copy = scratch / f"{run.name.removesuffix('.rrd')}.rrd"
-    if run.has_rows:
+    if run.rows is not None:
         from orchestrator.viewing.comparison import rebuild  # noqa: PLC0415 - Rerun is slow to import
 
         try:
@@ -39,7 +39,7 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
                 raise
         else:
             state = "no recording.rrd" if run.recording is None else "a recording.rrd that is damaged"
-            tell(f"{run.where}: {state}; opening one made from signals.parquet")
+            tell(f"{run.where}: {state}; opening one made from {run.rows.name}")
             return copy
     if run.recording is not None:
         _rerun("rrd", "optimize", "--continue-on-error", str(run.recording), "-o", str(copy))
@@ -63,8 +63,8 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
     Raises:
         RequestError: The file cannot be read.
     """
-    if run.has_rows and run.folder is not None:
-        return _from_parquet(run.folder / SIGNALS)
+    if run.rows is not None:
+        return _from_parquet(run.rows)
     import numpy as np  # noqa: PLC0415 - only a run without rows needs them
 
     from orchestrator.pictures.signals import signals  # noqa: PLC0415

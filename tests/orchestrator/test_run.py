@@ -97,7 +97,9 @@ def test_a_paced_run_gives_the_same_as_a_fast_one(tmp_path):
     told = json.loads((tmp_path / "paced" / "summary.json").read_text())
     assert told["realtime"]["factor"] == 2.0
     assert sorted(p.name for p in (tmp_path / "paced").iterdir()) == [
+        ".lock",
         "figures",
+        "manifest.json",
         "recording.rrd",
         "signals.parquet",
         "summary.json",
@@ -151,7 +153,7 @@ def test_a_recording_that_cannot_be_written_is_told_of_and_nothing_else_is_missi
 
     monkeypatch.setattr("orchestrator.recording.recording.Recording.close", close)
     finished = execute(static(stop_time=1.0), tmp_path / "r", SILENT, Execution(Afterwards(), figures=False))
-    assert finished.notes == ("recording.rrd is not whole: ValueError: no room",)
+    assert finished.notes == ("recording.rrd is left out: ValueError: no room; macrostep show makes one from the rows",)
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["status"] == "finished"
     assert len(pd.read_parquet(tmp_path / "r" / "signals.parquet")) == 11
 

@@ -1,0 +1,112 @@
+"""The folder of a run that lasts: what is written to it besides rows, and what a person may do to it meanwhile."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+from fmus.toolchain.archives import unwritable
+from orchestrator.results.claimed_folder import ClaimedFolder
+from orchestrator.results.manifest import remove
+from orchestrator.results.run_folder import (
+    DRAFT,
+    FIGURES,
+    RECORDING,
+    RESERVE,
+    RUN,
+    SIGNALS,
+    SYSTEM,
+    write_system,
+)
+from orchestrator.results.summary import write_summary
+from orchestrator.system.experiment import Scenario
+
+_RESERVED: Final = 2**17
+"""[byte] Room that is kept for the summary, which is written when the disk may be full."""
+
+
+class LiveFolder:
+    """The folder of a run that lasts, with what is known before the first step.
+
+    Args:
+        claimed: The folder, which is removed again where this cannot be written.
+        scenario: What is run.
+        known: The summary as it is known before the first step.
+
+    Raises:
+        RequestError: The folder cannot be written to.
+    """
+
+    def __init__(self, claimed: ClaimedFolder, scenario: Scenario, known: Mapping[str, Any]) -> None:
+        self._claimed, self._scenario, self._known = claimed, scenario, known
+        try:
+            self._begin()
+            (self.path / RESERVE).write_bytes(bytes(_RESERVED))
+        except BaseException as error:
+            claimed.abandon()
+            if isinstance(error, OSError):
+                raise unwritable(claimed.named, error) from error
+            raise
+
+    @property
+    def path(self) -> Path:
+        """Where the folder is now."""
+        return self._claimed.path
+
+    @property
+    def named(self) -> Path:
+        """Where the folder is now, as a person names it."""
+        return self._claimed.named
+
+    def _begin(self) -> None:
+        (self.path / FIGURES).mkdir(exist_ok=True)
+        write_system(self._scenario, self.path)
+        self._digest = _digest(self.path / SYSTEM)
+        write_summary(self._known, self.path, DRAFT)
+
+    def follow(self) -> bool:
+        """Go on where the folder is now; return whether it still is the same one, with what was written to it."""
+        if self._claimed.follow():
+            return True
+        self._begin()
+        return False
+
+    def write_draft(self, content: Mapping[str, Any]) -> None:
+        """Write what is known of the run so far, for the case that this process does not come to its end."""
+        with suppress(OSError):
+            write_summary(content, self.path, DRAFT)
+
+    def make_room(self) -> None:
+        """Remove a recording that is not whole, and that can be made again from the rows."""
+        with suppress(OSError):
+            remove(self.path, RUN, [RECORDING, f".{RECORDING}"])
+
+    def conclude(self, content: Mapping[str, Any]) -> str:
+        """Write the summary, and remove what is not needed any more.
+
+        Returns:
+            Why that was not possible, in words; empty where it was.
+        """
+        try:
+            remove(self.path, RUN, [RESERVE])
+            write_summary(content, self.path)
+            remove(self.path, RUN, [DRAFT])
+        except OSError as error:
+            return f"summary.json cannot be written to {self.named} ({error.strerror or error})"
+        return ""
+
+    def remarks(self) -> Iterator[str]:
+        """What a person should know of the folder, as texts."""
+        yield from self._claimed.remarks
+        for name in (SYSTEM, SIGNALS):
+            if not (self.path / name).is_file():
+                yield f"{self.named / name} is gone: something has removed it"
+            elif name == SYSTEM and _digest(self.path / name) != self._digest:
+                yield f"{self.named / name} is not the one of this run any more: something has replaced it"
+
+
+def _digest(path: Path) -> bytes:
+    return hashlib.sha256(path.read_bytes()).digest()
