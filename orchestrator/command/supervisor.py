@@ -18,12 +18,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from components.interfaces.interruption import ENDING_SIGNALS, interruptible
-
-if TYPE_CHECKING:
-    from fmus.toolchain.child_death import Death
 
 _STOPS_WITHIN: Final = 10.0
 """[s] The time that the process has to stop stepping, or to complete its folder, after a signal."""
@@ -177,24 +174,45 @@ class _Supervisor:
             self._reading = -1
 
     def _conclude(self, status: int) -> int:
-        """Tell what the process could not tell, and complete its folder."""
-        from fmus.toolchain.child_death import Death, death_in_words  # noqa: PLC0415
-
-        if self._told.code is not None and status == self._told.code:
+        """Tell what the process could not tell, complete its folder, and return the exit code."""
+        told = self._told
+        if told.code is not None and status == told.code:
             return status
+        from fmus.toolchain.child_death import Death, death_in_words  # noqa: PLC0415 - only this needs them
         from orchestrator.command.console import FAULT, INTERRUPTED, err  # noqa: PLC0415
 
-        if self._interrupted and not self._told.folder:
+        if self._interrupted and not told.folder:
             return _interrupted()
         words = death_in_words(Death(status))
-        if self._told.code is not None:
-            text = f"macrostep: the process of the run ended by {words} when it was closed; its folder is complete"
-            err.print(text, style="red")
-            return self._told.code or FAULT
-        _finish(self._told, Death(status), interrupted=self._interrupted)
+        err.show_cursor()
+        if told.code is not None:
+            text = f"the process that steps died when it was closed ({words}); the folder is complete"
+            err.print(f"macrostep: {text}", style="red")
+            return told.code or FAULT
+        reason = f"the process that steps died ({words})"
+        if self._killed:
+            reason = f"the process that steps did not stop within {_STOPS_WITHIN:g} s and was ended"
+        text = f"interrupted; {reason}" if self._interrupted else f"the run ended in a fault: {reason}"
+        err.print(f"macrostep: {text}", style="red")
+        if told.folder:
+            _complete(Path(told.folder), reason, interrupted=self._interrupted)
         return INTERRUPTED if self._interrupted else FAULT
 
 
-def _finish(told: _Told, death: Death, *, interrupted: bool) -> None:
-    """Complete the run folder, and print what has ended the run."""
-    raise NotImplementedError
+def _complete(folder: Path, reason: str, *, interrupted: bool) -> None:
+    """Complete a run folder with what is on disk, and say what is in it."""
+    from components.interfaces.problem import RequestError  # noqa: PLC0415 - only a run that died needs all this
+    from orchestrator.command.console import err, print_problems  # noqa: PLC0415
+    from orchestrator.results.completion import finish  # noqa: PLC0415
+
+    try:
+        content = finish(folder, reason, interrupted=interrupted)
+    except RequestError as error:
+        print_problems(error.problems)
+    except OSError as error:
+        err.print(
+            f"macrostep: {folder}: not completed ({error.strerror}); its rows are in its folder rows", style="red"
+        )
+    else:
+        ticks = content.get("experiment", {}).get("ticks", 0)
+        err.print(f"{ticks} ticks are in {folder}/; look at it with: macrostep show {folder}")

@@ -22,7 +22,7 @@ _LEAST: Final[dict[str, Any]] = {**dict.fromkeys(_TEXTS, ""), **{name: {} for na
 """What a summary has where nothing else is known."""
 
 
-def finish(folder: Path, reason: str, *, unit: str = "") -> dict[str, Any]:
+def finish(folder: Path, reason: str, *, interrupted: bool = False, unit: str = "") -> dict[str, Any]:
     """Complete the folder of a run whose process has died: one file with all rows, and the summary.
 
     Nothing is changed where the run had completed its folder itself.
@@ -30,11 +30,12 @@ def finish(folder: Path, reason: str, *, unit: str = "") -> dict[str, Any]:
     Args:
         folder: The run folder.
         reason: What ended the process, in words.
-        unit: The unit that did, where it is known.
+        interrupted: Whether it was ended because a person asked for the end of the run.
+        unit: The unit that ended it, where it is known.
 
     Returns:
-        The content of `summary.json`. Its status is `fault`, with the reason, where the run had not come to its end;
-        where it had, the status is what it was then, and the entry `closing` has the reason.
+        The content of `summary.json`. Its status is `interrupted`, or `fault` with the reason, where the run had not
+        come to its end; where it had, the status is what it was then, and the entry `closing` has the reason.
 
     Raises:
         RequestError: It is no run folder, or another process is writing to it.
@@ -46,13 +47,13 @@ def finish(folder: Path, reason: str, *, unit: str = "") -> dict[str, Any]:
             return dict(known)
         if (here / ROWS / MEANING).is_file() and not (here / SIGNALS).is_file():
             merge(parts(here), here / ROWS / MEANING, here / SIGNALS)
-        content = _content(here, reason, unit)
+        content = _content(here, reason, unit, interrupted=interrupted)
         summary.write_summary(content, here)
         remove(here, RUN, UNFINISHED)
     return content
 
 
-def _content(folder: Path, reason: str, unit: str) -> dict[str, Any]:
+def _content(folder: Path, reason: str, unit: str, *, interrupted: bool) -> dict[str, Any]:
     content = _draft(folder)
     if content.get("status") not in {None, "running"}:
         return {**content, "closing": reason}
@@ -65,7 +66,8 @@ def _content(folder: Path, reason: str, unit: str) -> dict[str, Any]:
             content["experiment"] = {**content.get("experiment", {}), "ticks": last["tick"] + 1}
         kept = Chosen(rows, {"time": None, **dict.fromkeys(without_gaps(scenario.system, scenario.record))})
         content |= summary.measured(scenario, kept)
-    return {**_LEAST, **content, "status": "fault", "fault": {**last, "unit": unit, "reason": reason}}
+    fault = {} if interrupted else {"fault": {**last, "unit": unit, "reason": reason}}
+    return {**_LEAST, **content, "status": "interrupted" if interrupted else "fault", **fault}
 
 
 def _draft(folder: Path) -> dict[str, Any]:

@@ -88,15 +88,15 @@ def test_python_files_in_the_working_folder_are_not_imported(tmp_path):
     ],
 )
 def test_a_process_that_an_fmu_ends_is_told_and_its_rows_are_kept(tmp_path, step, found):
-    model(tmp_path, f"#define STATUS (t > 0.25 ? {step} : 0)")
-    arguments = ("run", "m.fmu", "--stop-time", 1, "--step", 0.1, "--in-process", "fmu", "--out", "r")
+    model(tmp_path, f"#define STATUS (usleep(100000), t > 2.95 ? {step} : 0)")
+    arguments = ("run", "m.fmu", "--stop-time", 4, "--step", 0.1, "--in-process", "--out", "r")
     code, err = ended(started(tmp_path, *arguments))
     assert code == 1
     assert f"macrostep: the run ended in a fault: the process that steps died ({found})" in err
     told = json.loads((tmp_path / "r" / "summary.json").read_text())
     assert told["status"] == "fault"
     assert found in told["fault"]["reason"]
-    assert rows_of(tmp_path / "r") == told["experiment"]["ticks"]
+    assert 10 <= rows_of(tmp_path / "r") == told["experiment"]["ticks"] <= 31
 
 
 @pytest.mark.slow
@@ -117,11 +117,11 @@ def test_signals_that_ask_for_an_end_act_as_ctrl_c(tmp_path, number):
 
 @pytest.mark.slow
 def test_a_hang_of_an_fmu_in_the_process_ends_at_ctrl_c(tmp_path):
-    model(tmp_path, "#define STATUS (t > 0.25 ? sleep(100000) : 0)")
-    arguments = ("run", "m.fmu", "--stop-time", 1, "--step", 0.1, "--in-process", "fmu", "--out", "r")
+    model(tmp_path, "#define STATUS (t > 0.25 ? ({ for (;;) sleep(1); 0; }) : 0)")
+    arguments = ("run", "m.fmu", "--stop-time", 1, "--step", 0.1, "--in-process", "--out", "r")
     process = started(tmp_path, *arguments)
-    wait_for((tmp_path / "r" / "recording.rrd").exists)
-    time.sleep(4.0)
+    wait_for(lambda: list((tmp_path / "r" / "rows").glob("part-*.parquet")))
+    time.sleep(4.0)  # until it hangs
     os.killpg(process.pid, signal.SIGINT)
     code, err = ended(process)
     assert code == 130
