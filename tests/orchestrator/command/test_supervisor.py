@@ -64,6 +64,11 @@ def rows_of(folder):
     return len(pd.read_parquet(folder / "signals.parquet"))
 
 
+def rows_so_far(folder):
+    """The rows on disk of a run that goes on."""
+    return sum(len(pd.read_parquet(path)) for path in (folder / "rows").glob("part-*.parquet"))
+
+
 def test_python_files_in_the_working_folder_are_not_imported(tmp_path):
     model(tmp_path, "#define STATUS 0")
     for name in ("queue", "statistics", "fmpy", "fmus", "orchestrator", "numpy", "json", "casadi", "rerun", "lxml"):
@@ -120,8 +125,7 @@ def test_a_hang_of_an_fmu_in_the_process_ends_at_ctrl_c(tmp_path):
     model(tmp_path, "#define STATUS (t > 0.25 ? ({ for (;;) sleep(1); 0; }) : 0)")
     arguments = ("run", "m.fmu", "--stop-time", 1, "--step", 0.1, "--in-process", "--out", "r")
     process = started(tmp_path, *arguments)
-    wait_for(lambda: list((tmp_path / "r" / "rows").glob("part-*.parquet")))
-    time.sleep(4.0)  # until it hangs
+    wait_for(lambda: rows_so_far(tmp_path / "r") == 4)  # which is where it hangs
     os.killpg(process.pid, signal.SIGINT)
     code, err = ended(process)
     assert code == 130
