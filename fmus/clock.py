@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, Final
 
 SET_BY_IMPORTER: Final = frozenset({"fixed", "tunable"})
@@ -42,16 +43,24 @@ def clocks(root: Any) -> tuple[Clock, ...]:
     Args:
         root: The root element of the XML file, whose attributes follow the schema of FMI 3.0.
     """
-    return tuple(_clock(element) for element in root.iterfind("ModelVariables/Clock"))
+    return tuple(clock_of(element) for element in root.iterfind("ModelVariables/Clock"))
 
 
-def _clock(element: Any) -> Clock:
+def clock_of(element: Any) -> Clock:
+    """One clock, of its element.
+
+    Raises:
+        ValueError: A number is none, or no time.
+    """
     resolution = float(element.get("resolution", 0.0))
     interval, shift = element.get("intervalDecimal"), element.get("shiftDecimal")
     if interval is None and resolution and element.get("intervalCounter") is not None:
         interval = float(element.get("intervalCounter")) / resolution
     if shift is None:
         shift = float(element.get("shiftCounter", 0.0)) / resolution if resolution else 0.0
+    times = float(interval or 0.0), float(shift)
+    if not all(isfinite(time) and time >= 0 for time in times):
+        raise ValueError(f"an interval of {times[0]:g} s and a shift of {times[1]:g} s")
     return Clock(
         name=element.get("name"),
         causality=element.get("causality", "local"),

@@ -28,7 +28,7 @@ def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT
         request: The name of a scenario, or the path of a scenario file (`.toml`), a system (`.ssp`), a single FMU
             (`.fmu`) or a run folder.
         options: What is changed for this run.
-        progress: Receives reports on what is being built.
+        progress: Receives reports on what is being built or compiled, before it is.
 
     Returns:
         The checked system with its experiment, for `Simulation` or `execute`.
@@ -43,22 +43,22 @@ def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
-        return _completed(prepare(request, options, progress), options)
+        return _completed(prepare(request, options, progress), options, progress)
     if options.replacements or options.mode != UNCHANGED.mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
-        return _completed(with_options(single_fmu(path, settings, options), options), options)
+        return _completed(with_options(single_fmu(path, settings, options), options), options, progress)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
     scenario = ssp_reader.read(path, settings, options)
     if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
         remark = "that run was cut short; this one begins anew"
         scenario = replace(scenario, remarks=(*scenario.remarks, remark))
-    return _completed(with_options(scenario, options), options)
+    return _completed(with_options(scenario, options), options, progress)
 
 
-def _completed(scenario: Scenario, options: Options) -> Scenario:
+def _completed(scenario: Scenario, options: Options, progress: Progress) -> Scenario:
     """The scenario with what options ask of any system, whose units show all that is to be recorded, and remarks."""
     system = scenario.system
     if allowed := [*options.allow_nonfinite, *([ALL] if options.lenient else [])]:
@@ -69,6 +69,8 @@ def _completed(scenario: Scenario, options: Options) -> Scenario:
     if system.table is not None and (uncovered := system.table.uncovered(scenario.start, scenario.until)):
         remarks.append(uncovered)
     system = observation.observed(system, scenario.record)
+    for source in system.units.values():
+        source.make_ready(progress)
     remarks += [*deviations(scenario), *observation.remarks(system, scenario.record)]
     return replace(scenario, system=system, remarks=(*scenario.remarks, *remarks))
 

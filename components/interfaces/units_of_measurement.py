@@ -72,6 +72,12 @@ UNITS_OF_MEASUREMENT: Final = MappingProxyType(
 """By symbol; every factor is 1 because all signals of our own are in SI units."""
 
 
+LONGEST_UNIT: Final = 100
+"""The most characters of a unit of measurement that is read."""
+_LARGEST_EXPONENT: Final = re.compile(r"[^\W\d_)]\s*[-^*]*\s*\d{3}|\)\s*[-^*]*\s*\d{3}|\d{10}")
+"""An exponent of 100 or more, with which pint would compute for hours, or a number beyond all measure."""
+
+
 @cache
 def base_unit(unit: str) -> BaseUnit | None:
     """A unit of measurement in SI base units; `None` for an unknown one.
@@ -89,7 +95,12 @@ def base_unit(unit: str) -> BaseUnit | None:
     exponents = {_DIMENSIONS[name]: n for name, n in one.dimensionality.items() if name in _DIMENSIONS}
     if len(exponents) < len(one.dimensionality) or any(not float(n).is_integer() for n in exponents.values()):
         return None
-    factor, offset = float(one.magnitude - zero.magnitude), float(zero.magnitude)
+    try:
+        factor, offset = float(one.magnitude - zero.magnitude), float(zero.magnitude)
+    except (ArithmeticError, ValueError):
+        return None
+    if not (math.isfinite(factor) and factor and math.isfinite(offset)):
+        return None
     return BaseUnit({base: int(n) for base, n in exponents.items()}, _tidy(factor), offset)
 
 
@@ -133,6 +144,8 @@ def _registry() -> Any:
 
 def _python_spelling(unit: str) -> str:
     """`N.m/s2` as `N*m/s**2`. A product as divisor needs parentheses, as in Modelica: `J/kg.K` is ambiguous."""
+    if len(unit) > LONGEST_UNIT or _LARGEST_EXPONENT.search(unit):
+        raise ValueError(unit)
     if unit.strip() in {"", "-"} or not re.fullmatch(r"[\w./()%\s^*\-\N{MICRO SIGN}\N{DEGREE SIGN}]+", unit):
         raise ValueError(unit)
     text = unit.replace("^", "").replace("**", "").replace("%", "percent").replace("\N{DEGREE SIGN}", "deg")

@@ -25,6 +25,7 @@ from components.interfaces.units_of_measurement import base_unit
 from fmus.modelica.explicit import ExplicitModel, explicit
 from fmus.modelica.expressions import Expressions
 from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read
+from fmus.toolchain.door import reading
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,11 @@ def modelica_block(path: Path, model: str | None = None, socket: str | None = No
     Raises:
         RequestError: The model does not fit the socket, or has what a block cannot express.
     """
-    flat = read(path, model)
+    with reading(str(path), "a model that a block can express"):
+        return _of_flat(read(path, model), socket)
+
+
+def _of_flat(flat: FlatModel, socket: str | None) -> ModelicaBlock:
     solved = explicit(flat)
     groups = [solved.parameters, solved.states, solved.inputs, solved.outputs]
     raise_if_any(p for group in groups for p in _problems(group))

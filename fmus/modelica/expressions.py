@@ -11,6 +11,15 @@ import casadi as ca
 
 from components.interfaces.problem import choices, refuse
 from fmus.modelica.flat import EXPLICIT, Tree, nodes
+from fmus.toolchain.limits import MOST_UNKNOWNS
+
+
+def _length(given: Any) -> int:
+    """The length of an array. Raises `NotImplementedError` where it is too large."""
+    if not 0 <= (length := int(given)) <= MOST_UNKNOWNS:
+        raise NotImplementedError(length)
+    return length
+
 
 _OPERATORS: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
     **dict.fromkeys(("Add", "AddElem"), lambda a, b: a + b),
@@ -43,9 +52,9 @@ _FUNCTIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "Max": ca.fmax,
     "NoEvent": lambda a: a,
     "Smooth": lambda _, a: a,
-    "Zeros": lambda n: ca.SX.zeros(int(n)),
-    "Ones": lambda n: ca.SX.ones(int(n)),
-    "Fill": lambda a, n: ca.repmat(a, int(n), 1),
+    "Zeros": lambda n: ca.SX.zeros(_length(n)),
+    "Ones": lambda n: ca.SX.ones(_length(n)),
+    "Fill": lambda a, n: ca.repmat(a, _length(n), 1),
 }
 FUNCTIONS: Final = choices(sorted([*(name[0].lower() + name[1:] for name in _FUNCTIONS), "der"]))
 
@@ -116,7 +125,7 @@ class Expressions:
             raise refuse(place, f"the function `{called}`" + (" of an array" if of_array else ""), FUNCTIONS)
         try:
             return _FUNCTIONS[name](*arguments)
-        except (TypeError, RuntimeError, NotImplementedError) as error:  # by CasADi
+        except (TypeError, ValueError, RuntimeError, NotImplementedError) as error:  # by CasADi
             valid = "scalars and one-dimensional arrays; a length that a number or a constant gives"
             raise refuse(place, f"arguments that `{called}` cannot take here", valid) from error
 

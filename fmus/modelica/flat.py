@@ -12,13 +12,16 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import prod
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import components.interfaces
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Type
-from fmus.modelica.rumoca_library import compiled_model
+from fmus.modelica.rumoca_library import CompiledModel, compiled_model
+from fmus.toolchain.door import reading
+from fmus.toolchain.limits import MOST_UNKNOWNS
 
 Tree: TypeAlias = Mapping[str, Any]
 """An expression of rumoca: one key, which names its form, with its parts."""
@@ -96,10 +99,15 @@ def read(path: Path, model: str | None = None) -> FlatModel:
     """
     if not path.is_file():
         raise refuse(str(path), "no such file", "a Modelica file (.mo)")
-    compiled = compiled_model(path, model, library())
+    with reading(str(path), "a model that a block can express"):
+        return _flat(path, compiled_model(path, model, library()))
+
+
+def _flat(path: Path, compiled: CompiledModel) -> FlatModel:
     name, flat = compiled.name, compiled.flat
     places = _Places(compiled.sources, str(path))
     raise_if_any(_unsupported(flat, places))
+    raise_if_any(_too_large(flat, str(path)))
     variables = {v["name"]: _variable(v, flat, places) for v in flat["variables"].values()}
     raise_if_any(_bound_inputs(variables.values()))
     return FlatModel(
@@ -168,6 +176,13 @@ def _unsupported(flat: Mapping[str, Any], places: _Places) -> Iterator[Problem]:
             yield Problem(where, f"`{name}`, an array with {len(variable['dims'])} dimensions", EXPLICIT)
         if not re.fullmatch(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", name):
             yield Problem(where, f"the name {name}", "letters, digits and underscores")
+
+
+def _too_large(flat: Mapping[str, Any], where: str) -> Iterator[Problem]:
+    """More elements of all variables, or more equations, than are solved here in reasonable time."""
+    elements = sum(prod(variable["dims"]) for variable in flat["variables"].values())
+    if (number := max(elements, len(flat["equations"]))) > MOST_UNKNOWNS:
+        yield Problem(where, f"{number} unknowns or equations", f"at most {MOST_UNKNOWNS}", "Split the model.")
 
 
 def _variable(raw: Mapping[str, Any], flat: Mapping[str, Any], places: _Places) -> FlatVariable:

@@ -1,4 +1,4 @@
-"""All that is used of rumoca, which compiles Modelica files; no other file imports it.
+"""All that is used of rumoca, which compiles Modelica files in a process of its own (`fmus.modelica.rumoca_process`).
 
 We take rumoca's syntax tree of the flat model rather than the base-modelica text that is printed from it: the text
 leaves out `when` and `algorithm`, gives a parameter without a value the value 0, and has no line numbers.
@@ -10,13 +10,19 @@ rumoca reports errors as text for a terminal; what is needed of them is read out
 
 from __future__ import annotations
 
+import json
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import RequestError, refuse
+from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, death_in_words
+from fmus.toolchain.door import reading
+from fmus.toolchain.limits import FLATTENING_TIME, LARGEST_MODELICA
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,7 @@ class CompiledModel:
 def compiled_model(path: Path, model: str | None, library: Path) -> CompiledModel:
     """Compile a Modelica model.
 
-    No object of rumoca leaves this function: only the thread that made it may release it, and an exception could carry
-    it into another one.
+    A file that lies in a package of several files is compiled with these; any other by itself.
 
     Args:
         path: The file.
@@ -43,22 +48,63 @@ def compiled_model(path: Path, model: str | None, library: Path) -> CompiledMode
         library: A Modelica package that the file may use.
 
     Raises:
-        RequestError: rumoca is not installed, or does not compile the model.
+        RequestError: rumoca is not installed, or does not compile the model within the limits.
     """
-    try:
-        import rumoca  # noqa: PLC0415 - an extra, and large
-    except ImportError as error:
+    if find_spec("rumoca") is None:
         remedy = "Install macrostep[modelica]."
-        raise refuse(str(path), "a Modelica file, and no rumoca to read it", "rumoca", remedy) from error
+        raise refuse(str(path), "a Modelica file, and no rumoca to read it", "rumoca", remedy)
+    whole = path.name != "package.mo" and (path.parent / "package.mo").is_file()
+    request: dict[str, Any] = {
+        "text": _text(path),
+        "name": path.name,
+        "model": model,
+        "library": str(library.absolute()),
+        "path": str(path.absolute()) if whole else None,
+    }
+    answer = _answer(path, request)
+    if "report" not in answer:
+        names: dict[str, str] = {path.name: str(path), str(path.absolute()): str(path)}
+        sources: list[tuple[int, str, str]] = [(n, names.get(name, name), text) for n, name, text in answer["sources"]]
+        return CompiledModel(answer["name"], answer["flat"], sources)
+    report = answer["report"].replace(path.name, str(path)) if not whole else answer["report"]
+    if answer["syntax"]:
+        raise _no_modelica(path, answer["syntax"][0])
+    raise _not_compiled(path, model, report)
+
+
+def _text(path: Path) -> str:
+    """The text of a Modelica file. Raises `RequestError`."""
+    with reading(str(path), "a Modelica file in UTF-8"):
+        if (size := path.stat().st_size) > LARGEST_MODELICA:
+            found = f"{size / 2**20:.0f} MiB of Modelica"
+            raise refuse(str(path), found, f"at most {LARGEST_MODELICA / 2**20:.0f} MiB in one file")
+        content = path.read_bytes()
     try:
-        compiled = rumoca.Session([str(library)]).load(str(path), model=model)
-        sources = compiled.to_dict("dae")["source_map"]["files"]
-        return CompiledModel(compiled.name, compiled.to_dict("flat"), sources)
-    except rumoca.RumocaError as error:
-        reports = [d.message for d in rumoca.validate(str(path)) if d.rule == "syntax-error"]
-        if reports:
-            raise _no_modelica(path, reports[0]) from error
-        raise _not_compiled(path, model, str(error)) from error
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        found = f"a byte that is no UTF-8 (0x{content[error.start]:02x})"
+        raise refuse(f"{path}:{line}", found, "a Modelica file in UTF-8", "Save it again in that encoding.") from error
+
+
+def _answer(path: Path, request: Mapping[str, Any]) -> Any:
+    """What the process of rumoca answers. Raises `RequestError` where it does not."""
+    valid = "a Modelica model that rumoca can flatten"
+    with Path(os.devnull).open("wb") as nowhere:  # what it prints when it dies
+        child = ChildProcess("fmus.modelica.rumoca_process", errors=nowhere)
+    try:
+        answer = child.ask(json.dumps(request), FLATTENING_TIME)
+    except ChildSilentError as error:
+        found = f"a model that rumoca does not flatten within {FLATTENING_TIME:g} s"
+        raise refuse(str(path), found, valid) from error
+    except ChildDiedError as error:
+        found = f"a model with which rumoca ends ({death_in_words(error.death)})"
+        raise refuse(str(path), found, valid, "Write it in a simpler way.") from error
+    finally:
+        child.kill()
+        child.close()
+    with reading(str(path), valid):
+        return json.loads(answer)
 
 
 def _no_modelica(path: Path, report: str) -> RequestError:

@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
@@ -92,6 +93,8 @@ class Archive:
     """The interface type that is used."""
     unpacked: Path | None = None
     """Where its files lie already; without it each unit unpacks them, and has the library for itself."""
+    where: str = ""
+    """How messages name it: its path, or its place in the SSP that it was taken from."""
 
     @property
     def is_model_exchange(self) -> bool:
@@ -177,4 +180,8 @@ def interface_types(description: Any) -> tuple[InterfaceType, ...]:
 
 
 def _number(value: Any) -> float | None:
-    return None if value is None or value == "" else float(value)
+    if value is None or value == "":
+        return None
+    if not isfinite(number := float(value)):
+        raise ValueError(f"`{value}`, which is no finite number")
+    return number

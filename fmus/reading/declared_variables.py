@@ -9,11 +9,11 @@ file declares its names as `flat`.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from math import prod
-from typing import Any, Final
+from math import isfinite, prod
+from typing import Any
 
 from components.interfaces.items import Enumeration, Item
 from components.interfaces.quantity import TRUTHS, Quantity, Type
@@ -21,12 +21,12 @@ from components.interfaces.record import Variable
 from components.interfaces.units_of_measurement import BASE_UNITS, BaseUnit, base_unit
 from fmus.reading.joined_arrays import joined_arrays, settable_arrays
 from fmus.reading.start_values import ReadingError, read_value, shaped, start_texts
+from fmus.toolchain.door import exception_in_words
+from fmus.toolchain.file_names import shown_name
 from fmus.toolchain.fmi1_description import negated_names
 from fmus.toolchain.fmpy_library import ModelDescription
+from fmus.toolchain.limits import LARGEST_ARRAY, MOST_DIMENSIONS, MOST_ELEMENTS
 from fmus.toolchain.version import Version
-
-LARGEST_ARRAY: Final = 10_000_000
-"""The most elements of one variable; more would fill the memory before anything runs."""
 
 _FMI2_TYPES = {"Real": Type.FLOAT64, "Integer": Type.INT32}
 _CAUSALITIES = {"input": "input", "output": "output", "parameter": "parameter", "structuralParameter": "parameter"}
@@ -66,22 +66,23 @@ def declared_variables(
 
     Raises:
         ReadingError: A start value or a limit is no value of its type, or an array is too large.
-        ValueError, LookupError, TypeError, AttributeError: The description breaks the schema.
+        Exception: The description breaks the schema in a way that is not known.
     """
     facts = _facts(root, model, version, values)
     visible = [
-        _declared_variable(v, facts)
+        _declared(v, facts)
         for v in model.modelVariables
         if v.causality in _CAUSALITIES
         and v.type != "Clock"
         and not _is_second_name(v)
         and not (v.variability == "constant" and v.causality != "output")  # what cannot change cannot be set either
     ]
-    settable = [replace(_declared_variable(v, facts), causality="initial") for v in _settable(model)]
+    settable = [replace(_declared(v, facts), causality="initial") for v in _settable(model)]
     if version != Version.FMI3:
         visible = list(joined_arrays(visible))
         outputs = {v.variable.name: v.references for v in visible if v.causality == "output"}
         settable = list(settable_arrays(settable, outputs))
+    _refuse_too_many(visible + settable)
     known = {v.variable.name for v in visible if v.causality != "output"}
     return visible + [v for v in settable if v.variable.name not in known]
 
@@ -93,7 +94,14 @@ def observed_variables(
     if not names:
         return []
     facts = _facts(root, model, version, values)
-    return [_declared_variable(v, facts) for v in model.modelVariables if v.name in names]
+    return [_declared(v, facts) for v in model.modelVariables if v.name in names]
+
+
+def _refuse_too_many(variables: Sequence[DeclaredVariable]) -> None:
+    """Refuse arrays that together have too many elements."""
+    number = sum(v.variable.size for v in variables)
+    if number > MOST_ELEMENTS:
+        raise ReadingError(f"variables with {number} elements in all, more than {MOST_ELEMENTS}")
 
 
 def _relative(root: Any) -> dict[str, bool]:
@@ -144,9 +152,13 @@ def _length(given: Any, variable: Any) -> int:
     return read_value(variable.start, Type.UINT64, variable.name, "start value")
 
 
-def _base(unit: Any) -> BaseUnit:
+def _base(name: str, unit: Any) -> BaseUnit:
+    """The definition of a unit of measurement."""
     exponents = {base: int(n) for base in BASE_UNITS if (n := getattr(unit, base))}
-    return BaseUnit(exponents, float(unit.factor), float(unit.offset))
+    factor, offset = float(unit.factor), float(unit.offset)
+    if not (isfinite(factor) and isfinite(offset)):
+        raise ReadingError(f"the unit `{name}` with the factor {unit.factor} and the offset {unit.offset}")
+    return BaseUnit(exponents, factor, offset)
 
 
 @dataclass(frozen=True)
@@ -166,12 +178,27 @@ class _Facts:
 
 def _facts(root: Any, model: ModelDescription, version: Version, values: Mapping[str, Any]) -> _Facts:
     return _Facts(
-        units={str(unit.name): _base(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit is not None},
+        units={
+            str(unit.name): _base(str(unit.name), unit.baseUnit)
+            for unit in model.unitDefinitions
+            if unit.baseUnit is not None
+        },
         lengths=_lengths(model, values),
         relative=_relative(root),
         starts=start_texts(root) if version == Version.FMI3 else {},
         negated=negated_names(root) if version == Version.FMI1 else frozenset(),
     )
+
+
+def _declared(variable: Any, facts: _Facts) -> DeclaredVariable:
+    """A variable, as FMPy reads it; errors know its line."""
+    try:
+        return _declared_variable(variable, facts)
+    except ReadingError as error:
+        raise ReadingError(str(error), variable.sourceline) from error
+    except Exception as error:  # content that the schema forbids: the kinds of exceptions have no end
+        text = f"`{shown_name(str(variable.name))}`: {exception_in_words(error)}"
+        raise ReadingError(text, variable.sourceline) from error
 
 
 def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
@@ -180,6 +207,9 @@ def _declared_variable(variable: Any, facts: _Facts) -> DeclaredVariable:
     if variable.dimensions:  # there may be very many scalars
         dimensions, lengths = variable.dimensions, facts.lengths.values
         shape = tuple(int(d.start) if d.start is not None else lengths[d.valueReference] for d in dimensions)
+        if len(shape) > MOST_DIMENSIONS or min(shape) < 0:
+            text = f"`{variable.name}` with {len(shape)} dimensions, the smallest of {min(shape)}"
+            raise ReadingError(f"{text}; valid are up to {MOST_DIMENSIONS}, none negative")
         if prod(shape) > LARGEST_ARRAY:
             raise ReadingError(f"`{variable.name}` with {prod(shape)} elements, more than {LARGEST_ARRAY}")
     of_type = variable.declaredType is not None and bool(variable.declaredType.relativeQuantity)

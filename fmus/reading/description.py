@@ -11,16 +11,21 @@ incomplete model structure, are remarks in both cases.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Final
 
 from lxml import etree
 
-from components.interfaces.problem import Problem, listed, raise_if_any, refuse
-from fmus.reading.unpack import parse_xml
+from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
+from fmus.reading.schema_breaches import schema_breaches
+from fmus.reading.start_values import ReadingError
+from fmus.reading.xml_documents import parse_xml
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.description_breach import DescriptionBreach, as_phrase
+from fmus.toolchain.door import exception_in_words
+from fmus.toolchain.file_names import FILE_NAME, is_file_name, shown_name
 from fmus.toolchain.fmpy_library import (
     ModelDescription,
     ModelDescriptionError,
@@ -28,6 +33,7 @@ from fmus.toolchain.fmpy_library import (
     description_schema,
     read_model,
 )
+from fmus.toolchain.limits import MOST_VARIABLES
 from fmus.toolchain.version import Version
 
 _REMEDY: Final = "Have the file corrected by its maker, or run it as it is with --lenient."
@@ -69,10 +75,15 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     remarks = [remark] if remark else []
     if version != Version.FMI1:
         _refuse_other_interfaces(root, place)
-    by_schema = list(_schema_breaches(root, version))
+    raise_if_any(_limit_problems(root, place))
+    by_schema = _schema_breaches(root, version)
     problems = [
-        *(_meaningless(place, line, text, "a name of its own for each variable") for line, text in _unnamed(root)),
-        *(_meaningless(place, *breach, "what the file declares") for breach in dict.fromkeys(_dangling(root, version))),
+        *_identifier_problems(root, version, place),
+        *(
+            _meaningless(place, line, text, "a name of its own for each variable")
+            for line, text in islice(_unnamed(root), _MOST)
+        ),
+        *(_meaningless(place, *breach, "what the file declares") for breach in _first(_dangling(root, version))),
     ]
     if not lenient:
         problems = [*(_problem(place, line, as_phrase(text), version) for line, text in by_schema[:_MOST]), *problems]
@@ -83,7 +94,7 @@ def read_description(content: bytes, where: str, *, lenient: bool) -> Descriptio
     if not lenient and breaches:
         # pythonfmu, among others, writes integers without a variability, and most tools accept them
         others = [breach for breach in breaches if not breach.concerns_variability]
-        tolerated = _of_structure(model) if others else ()
+        tolerated = _of_structure(model) if others else set[DescriptionBreach]()
         refused = [breach for breach in others if breach not in tolerated]
         raise_if_any(_problem(place, breach.line, breach.found, version) for breach in refused[:_MOST])
     remarks += _breach_remarks(list(dict.fromkeys(breaches)))
@@ -127,19 +138,28 @@ def _problem(place: str, line: int | None, found: str, version: Version) -> Prob
     return Problem(at, found, f"what FMI {version}.0 allows", _REMEDY)
 
 
+def not_understood(error: Exception, where: str, *, lenient: bool = False) -> RequestError:
+    """The refusal of a variable that cannot be understood, with its line where that is known."""
+    line = error.line if isinstance(error, ReadingError) else None
+    place = f"{where}, {MODEL_DESCRIPTION}{f', line {line}' if line else ''}"
+    known = isinstance(error, ReadingError)
+    found = f"a variable that cannot be understood ({error if known else exception_in_words(error)})"
+    return refuse(place, found, "what FMI allows", WITHOUT_LENIENT if lenient and not known else "")
+
+
 def _model(root: Any, version: Version, place: str, *, lenient: bool) -> ModelDescription:
     try:
         return read_model(root, version)
     except ModelDescriptionError as error:
-        found = "a description that cannot be understood" + (f" ({error})" if str(error) else "")
+        found = f"a description that cannot be understood ({error})"
         remedy = WITHOUT_LENIENT if lenient else ""
         raise refuse(place, found, "what FMI allows", remedy) from error
 
 
-def _of_structure(model: ModelDescription) -> list[DescriptionBreach]:
+def _of_structure(model: ModelDescription) -> set[DescriptionBreach]:
     """The breaches of an incomplete model structure, which most tools accept without a message."""
-    others = description_breaches(model, with_structure=False)
-    return [breach for breach in description_breaches(model, with_structure=True) if breach not in others]
+    others = {*description_breaches(model, with_structure=False)}
+    return {breach for breach in description_breaches(model, with_structure=True) if breach not in others}
 
 
 def _version(root: Any, place: str, *, lenient: bool) -> tuple[Version, str | None]:
@@ -165,10 +185,35 @@ def _refuse_other_interfaces(root: Any, place: str) -> None:
         raise refuse(place, found, "Co-Simulation or Model Exchange", remedy)
 
 
-def _schema_breaches(root: Any, version: Version) -> Iterator[tuple[int, str]]:
-    schema = description_schema(version)
-    if not schema.validate(root):
-        yield from ((e.line, re.sub(r"\{(?:http|urn)[^}]*\}", "", e.message)) for e in schema.error_log)
+def _limit_problems(root: Any, place: str) -> Iterator[Problem]:
+    """More variables than can be read."""
+    if (number := len(root.findall("ModelVariables/*"))) > MOST_VARIABLES:
+        yield Problem(place, f"{number} variables", f"at most {MOST_VARIABLES}", "Export a smaller part of the model.")
+
+
+def _identifier_problems(root: Any, version: Version, place: str) -> Iterator[Problem]:
+    """Model identifiers that cannot be the name of a library, which they become."""
+    kinds = ("CoSimulation", "ModelExchange")
+    for element in [root] if version is Version.FMI1 else [e for kind in kinds for e in root.iterfind(kind)]:
+        identifier = element.get("modelIdentifier")
+        if identifier is None or not is_file_name(identifier):
+            found = "no modelIdentifier" if identifier is None else f"the modelIdentifier `{shown_name(identifier)}`"
+            yield _meaningless(place, element.sourceline, found, f"the name of the library: {FILE_NAME}")
+
+
+def _schema_breaches(root: Any, version: Version) -> list[tuple[int, str]]:
+    found = schema_breaches(root, description_schema(version))
+    return [(line, re.sub(r"\{(?:http|urn)[^}]*\}", "", text)) for line, text in found]
+
+
+def _first(breaches: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:
+    """The first of very many breaches, each once."""
+    found: dict[tuple[int, str], None] = {}
+    for breach in breaches:
+        found[breach] = None
+        if len(found) == _MOST:
+            break
+    return [*found]
 
 
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
@@ -198,13 +243,18 @@ def _dangling(root: Any, version: Version) -> Iterator[tuple[int, str]]:
         what, references = "value reference", _fmi3_references(root)
     for element, attribute, values in references:
         for value in values:
-            if (str(int(value)) if value.isdigit() else value) not in known:
+            if _plain_number(value) not in known:
                 text = f"`{attribute}` of {etree.QName(element).localname}, {what} {value}, which is not there"
                 yield element.sourceline, text
     types = {element.get("name") for element in root.iterfind("TypeDefinitions/*")}
     for element in root.iterfind("ModelVariables//*[@declaredType]"):
         if element.get("declaredType") not in types:
             yield element.sourceline, f"the declared type `{element.get('declaredType')}`, which is not there"
+
+
+def _plain_number(text: str) -> str:
+    """A whole number without leading zeros; any other text as it is."""
+    return (text.lstrip("0") or "0") if text.isascii() and text.isdigit() else text
 
 
 def _fmi1_references(root: Any) -> Iterator[tuple[Any, str, Sequence[str]]]:

@@ -8,26 +8,27 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from math import prod
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from components.interfaces.record import Variable
 from fmus.reading.start_values import shaped
+from fmus.toolchain.limits import MOST_DIMENSIONS
 
 if TYPE_CHECKING:
     from fmus.reading.declared_variables import DeclaredVariable
 
-_ELEMENT = re.compile(r"(?P<name>.+?)(?P<index>(?:\[\d+(?:,\s*\d+)*\])+)")
+_INDEX: Final = re.compile(r"[0-9]{1,9}(?:,\s{0,9}[0-9]{1,9}){0,31}")
+"""What stands in brackets behind the name of an array."""
 
 
 def joined_arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
     """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar."""
     grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], DeclaredVariable]]] = {}
     for scalar in scalars:
-        match = _element(scalar.variable.name)
-        name = match["name"] if match else scalar.variable.name
-        index = tuple(int(i) for i in re.findall(r"\d+", match["index"])) if match else ()
+        name, index = _element(scalar.variable.name)
         grouped.setdefault((name, scalar.causality), []).append((index, scalar))
     for (name, _), elements in grouped.items():
         if len(elements) == 1 and not elements[0][0]:
@@ -36,9 +37,15 @@ def joined_arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVaria
             yield from _joined(name, elements)
 
 
-def _element(name: str) -> re.Match[str] | None:
-    """The name of an array and the indices, of the name of an element."""
-    return _ELEMENT.fullmatch(name) if name.endswith("]") else None  # most names are not, and there may be very many
+def _element(name: str) -> tuple[str, tuple[int, ...]]:
+    """The name of an array and the indices, of the name of an element; the name itself and () of any other."""
+    rest, indices = name, tuple[int, ...]()
+    while rest.endswith("]") and len(indices) < MOST_DIMENSIONS:  # most names do not, and there may be very many
+        before, bracket, index = rest[:-1].rpartition("[")
+        if not (before and bracket and _INDEX.fullmatch(index)):
+            break
+        rest, indices = before, (*map(int, index.split(",")), *indices)
+    return (rest, indices) if len(indices) <= MOST_DIMENSIONS else (name, ())
 
 
 def settable_arrays(scalars: list[DeclaredVariable], outputs: Mapping[str, list[int]]) -> Iterator[DeclaredVariable]:
@@ -63,9 +70,12 @@ def _joined(name: str, elements: list[tuple[tuple[int, ...], DeclaredVariable]])
         if all(len(index) == len(first) for index in indices)
         else ()
     )
-    expected = [tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape)]
     alike = {(p.variable.quantity.type, p.variable.quantity.unit, p.negated) for p in parts}
-    if not shape or set(first) - {0, 1} or indices != expected or len(alike) > 1:
+    is_whole = bool(shape) and prod(shape) == len(indices)  # `p[1]` and `p[2000000000]` alone fill no array
+    expected = [
+        tuple(i + first[axis] for axis, i in enumerate(index)) for index in np.ndindex(*shape if is_whole else ())
+    ]
+    if not is_whole or set(first) - {0, 1} or indices != expected or len(alike) > 1:
         yield from (part for _, part in elements)
         return
     quantity = replace(parts[0].variable.quantity, shape=shape)
@@ -95,5 +105,5 @@ def whole_name(name: str, known: Mapping[str, Any]) -> str | None:
 
 def array_name(name: str) -> str | None:
     """The name of the array of which a name would be an element; None where it has no index."""
-    match = _element(name)
-    return match["name"] if match else None
+    array, indices = _element(name)
+    return array if indices else None

@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import RequestError, listed, refuse
+from components.interfaces.progress import SILENT, Progress
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.needed_functions import all_functions, known_function, needed_functions
-from fmus.reading.recompile import compile_library, declared_sources
+from fmus.reading.recompile import compile_library, declared_sources, kept_library
 from fmus.reading.unpack import read_file, unpack
 from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
+from fmus.toolchain.file_names import shown_name
 from fmus.toolchain.fmpy_library import freeLibrary
 from fmus.toolchain.function_library import function_prefix
 from fmus.toolchain.platform_names import binary_path, in_words, platform_tuple
@@ -82,14 +84,17 @@ def _compiled(archive: Archive, unusable: str) -> str:
         found = f"no binary for {platform_tuple()}, and no source file sources/{missing[0]}, which it declares"
         more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
         valid = f"all its source files, or a binary for {platform_tuple()} ({_place(archive)})"
-        raise refuse(str(archive.path), found + more, valid, "Ask its maker for a complete export.")
+        raise refuse(archive.where, found + more, valid, "Ask its maker for a complete export.")
     reason = f"no binary for {platform_tuple()}" + (f" ({unusable} in its place)" if unusable else "")
-    return f"{reason}; compiled here from {sources.origin}"
+    without = (
+        f", without {listed([shown_name(o) for o in sources.left_out])}, which can do harm" if sources.left_out else ""
+    )
+    return f"{reason}; compiled here from {sources.origin}{without}"
 
 
 def _without_library(archive: Archive, unusable: str) -> RequestError:
     """Why an FMU that has no sources cannot run on this platform."""
-    place, where = _place(archive), str(archive.path)
+    place, where = _place(archive), archive.where
     if unusable:
         return _no_library(f"{where}, {place}", unusable)
     folder, name = posixpath.split(place)
@@ -113,7 +118,7 @@ def _no_library(where: str, found: str) -> RequestError:
 
 def _function_remarks(archive: Archive, exports: frozenset[str], lenient: bool) -> list[str]:  # noqa: FBT001
     """Remarks on the functions of a library that has not been loaded. Raises `RequestError`."""
-    where, version = f"{archive.path}, {archive.library}", archive.version
+    where, version = f"{archive.where}, {archive.library}", archive.version
     prefix = _prefix(archive, exports)
     missing = missing_functions(archive, exports)
     _refuse_incomplete(archive, missing, where)
@@ -160,7 +165,7 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
         RequestError: The library cannot be compiled or loaded, or lacks functions of FMI.
     """
     path = archive.library or _place(archive)
-    library, where, code = folder / path, f"{archive.path}, {path}", archive.code
+    library, where, code = folder / path, f"{archive.where}, {path}", archive.code
     if archive.library is None and (path in archive.files or not library.is_file()):  # what is there may be of no use
         library.parent.mkdir(parents=True, exist_ok=True)
         compile_library(archive, folder, library)
@@ -187,23 +192,24 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
         freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened the library once more, and closes it only once
 
 
-def compile_beforehand(archive: Archive) -> None:
+def compile_beforehand(archive: Archive, progress: Progress = SILENT) -> None:
     """Compile the library of an FMU that has only its sources, so that it is found in the user's cache from now on.
 
     Args:
         archive: The FMU.
+        progress: Is told before the compiler is called.
 
     Raises:
         RequestError: The library cannot be compiled.
     """
-    if archive.library is not None:
+    if archive.library is not None or kept_library(archive).is_file():
         return
     with scratch_folder("library") as temporary:
         folder = Path(temporary).resolve()
-        unpack(archive.path, folder, str(archive.path), VALID_FMU)
+        unpack(archive.path, folder, archive.where, VALID_FMU)
         library = folder / _place(archive)
         library.parent.mkdir(parents=True, exist_ok=True)
-        compile_library(archive, folder, library)
+        compile_library(archive, folder, library, progress)
 
 
 def _opened(library: Path, code: MachineCode, where: str) -> ctypes.CDLL:

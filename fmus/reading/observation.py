@@ -11,11 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from components.interfaces.problem import refuse
 from fmus.reading.archive import Archive
 from fmus.reading.declared_variables import observed_variables
-from fmus.reading.start_values import ReadingError
-from fmus.toolchain.archives import MODEL_DESCRIPTION
+from fmus.reading.description import not_understood
 
 LOCAL: Final = "local"
 """FMI's causality of local variables, which is that of variables without one, too."""
@@ -44,9 +42,8 @@ def observing(archive: Archive, names: Sequence[str], values: Mapping[str, Any])
     """
     try:
         found = observed_variables(archive.root, archive.description, archive.version, frozenset(names), values)
-    except (ValueError, LookupError, TypeError, AttributeError) as error:  # caused by content that the schema forbids
-        said = "a variable that cannot be understood" + (f" ({error})" if isinstance(error, ReadingError) else "")
-        raise refuse(f"{archive.path}, {MODEL_DESCRIPTION}", said, "what FMI allows") from error
+    except Exception as error:  # caused by content that the schema forbids
+        raise not_understood(error, archive.where) from error
     clocks = {v.variable.name: frozenset(v.clocks) for v in found if v.clocks}
     return replace(
         archive,

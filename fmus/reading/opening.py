@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -16,16 +16,17 @@ import numpy as np
 
 from components.interfaces.problem import RequestError, choices, refuse
 from components.interfaces.record import Variable
-from fmus.clock import clocks
+from fmus.clock import Clock, clock_of
 from fmus.reading.archive import VALID_FMU, Archive, InterfaceType, interface_types
 from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables
-from fmus.reading.description import WITHOUT_LENIENT, Description, read_description
+from fmus.reading.description import Description, not_understood, read_description
 from fmus.reading.joined_arrays import whole_name
 from fmus.reading.library import with_library
-from fmus.reading.start_values import ReadingError
 from fmus.reading.unpack import read
 from fmus.toolchain.archives import MODEL_DESCRIPTION
+from fmus.toolchain.door import reading
 from fmus.toolchain.fmpy_library import ModelDescription
+from fmus.toolchain.limits import LARGEST_FEEDTHROUGH
 from fmus.toolchain.version import Version
 from fmus.unit_interface import Interface
 
@@ -36,6 +37,7 @@ def open_fmu(
     *,
     lenient: bool = False,
     interface_type: InterfaceType | None = None,
+    where: str = "",
 ) -> Archive:
     """Read an FMU's description.
 
@@ -44,12 +46,13 @@ def open_fmu(
         values: The values of its parameters that are given; those of structural ones determine the lengths of arrays.
         lenient: Whether breaches of rules without which the FMU can be run become remarks.
         interface_type: The interface type that is used; Co-Simulation, where it has that, if not given.
+        where: The FMU, as messages name it; its path, if not given.
 
     Raises:
         RequestError: The file is no FMU, or not one that can run here.
     """
-    with _without_garbage_collection():
-        return _open(path, values, interface_type, lenient=lenient)
+    with _without_garbage_collection(), reading(where or str(path), VALID_FMU):
+        return _open(path, values, interface_type, where or str(path), lenient=lenient)
 
 
 @contextmanager
@@ -64,8 +67,9 @@ def _without_garbage_collection() -> Generator[None]:
             gc.enable()
 
 
-def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType | None, *, lenient: bool) -> Archive:
-    where = str(path)
+def _open(
+    path: Path, values: Mapping[str, Any], interface_type: InterfaceType | None, where: str, *, lenient: bool
+) -> Archive:
     content = read(path, {MODEL_DESCRIPTION}, where, VALID_FMU)
     if MODEL_DESCRIPTION not in content.files:
         raise refuse(where, f"an archive without {MODEL_DESCRIPTION}", VALID_FMU)
@@ -78,7 +82,7 @@ def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType |
         path,
         description.version,
         description.model,
-        _interface(description, variables, chosen),
+        _interface(description, variables, chosen, where),
         references={v.variable.name: v.references for v in variables},
         structural=tuple(v.variable.name for v in variables if v.structural),
         negated=frozenset(v.variable.name for v in variables if v.negated),
@@ -88,10 +92,20 @@ def _open(path: Path, values: Mapping[str, Any], interface_type: InterfaceType |
         files=content.names,
         root=description.root,
         chosen=chosen,
+        where=where,
     )
+    _check_experiment(archive)
     if archive.interface_type.needsExecutionTool:
         archive = replace(archive, remarks=(*archive.remarks, "needs the tool that made it to be installed"))
     return with_library(archive, lenient=lenient)
+
+
+def _check_experiment(archive: Archive) -> None:
+    """Refuse an experiment whose times are no numbers."""
+    element = archive.root.find("DefaultExperiment")
+    line = "" if element is None else f", line {element.sourceline}"
+    with reading(f"{archive.where}, {MODEL_DESCRIPTION}{line}", "times in seconds, as numbers"):
+        _ = archive.suggested
 
 
 def _of_any_number(declared: DeclaredVariable) -> DeclaredVariable:
@@ -106,12 +120,8 @@ def _variables(
         return declared_variables(description.root, description.model, description.version, values)
     except RequestError:
         raise
-    except (ValueError, LookupError, TypeError, AttributeError) as error:  # caused by content that the schema forbids
-        what = f" ({error})" if isinstance(error, ReadingError) else ""
-        remedy = WITHOUT_LENIENT if lenient and not what else ""
-        raise refuse(
-            f"{where}, {MODEL_DESCRIPTION}", f"a variable that cannot be understood{what}", "what FMI allows", remedy
-        ) from error
+    except Exception as error:  # caused by content that the schema forbids
+        raise not_understood(error, where, lenient=lenient) from error
 
 
 def _chosen(model: ModelDescription, wanted: InterfaceType | None, where: str) -> InterfaceType:
@@ -121,7 +131,9 @@ def _chosen(model: ModelDescription, wanted: InterfaceType | None, where: str) -
     return wanted or offered[0]
 
 
-def _interface(description: Description, variables: list[DeclaredVariable], chosen: InterfaceType) -> Interface:
+def _interface(
+    description: Description, variables: list[DeclaredVariable], chosen: InterfaceType, where: str
+) -> Interface:
     model, is_integrated = description.model, chosen is InterfaceType.MODEL_EXCHANGE
     inputs, outputs, parameters, initials = (
         [v.variable for v in variables if v.causality == causality]
@@ -132,14 +144,14 @@ def _interface(description: Description, variables: list[DeclaredVariable], chos
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         parameters=tuple(parameters),
-        feedthrough=_feedthrough(model, outputs, inputs),
+        feedthrough=_feedthrough(model, outputs, inputs, where),
         output_after_set=is_integrated or _output_after_set(description.root),
         starts={v.variable.name: v.start for v in variables if v.start is not None},
         rolls_back=not is_integrated and bool(getattr(model.coSimulation, "canGetAndSetFMUstate", False)),
         event_mode=description.version == Version.FMI3
         and not is_integrated
         and bool(getattr(model.coSimulation, "hasEventMode", False)),
-        clocks=clocks(description.root),
+        clocks=tuple(_clocks(description.root, where)),
         aliases=aliases(model, [v.variable.name for v in variables if v.negated]),
         undeclared=_undeclared(model, outputs),
         initials=tuple(initials),
@@ -147,12 +159,22 @@ def _interface(description: Description, variables: list[DeclaredVariable], chos
     )
 
 
-def _feedthrough(model: ModelDescription, outputs: list[Variable], inputs: list[Variable]) -> Any:
+def _clocks(root: Any, where: str) -> Iterator[Clock]:
+    for element in root.iterfind("ModelVariables/Clock"):
+        valid = "a clock as FMI 3.0 allows it"
+        with reading(f"{where}, {MODEL_DESCRIPTION}, line {element.sourceline}", valid, what="a wrong clock"):
+            yield clock_of(element)
+
+
+def _feedthrough(model: ModelDescription, outputs: list[Variable], inputs: list[Variable], where: str) -> Any:
     """The feedthrough that the model structure declares; an output without dependencies is taken to depend on all.
 
     Returns:
         An array of shape `(outputs, inputs)`.
     """
+    if (pairs := len(outputs) * len(inputs)) > LARGEST_FEEDTHROUGH:
+        found = f"{len(outputs)} outputs and {len(inputs)} inputs, which are {pairs} pairs"
+        raise refuse(f"{where}, {MODEL_DESCRIPTION}", found, f"at most {LARGEST_FEEDTHROUGH} pairs")
     column = {v.name: i for i, v in enumerate(inputs)}
     row = {v.name: i for i, v in enumerate(outputs)}
     feedthrough = np.zeros((len(outputs), len(inputs)), dtype=bool)

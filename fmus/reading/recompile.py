@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import posixpath
+import re
 import shlex
 import shutil
-import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -17,12 +17,18 @@ from typing import Final
 
 import platformdirs
 
-from components.interfaces.problem import listed, refuse
+from components.interfaces.problem import Problem, listed, raise_if_any, refuse
+from components.interfaces.progress import SILENT, Progress
 from fmus.reading.archive import Archive
-from fmus.reading.unpack import parse_xml, read_file
+from fmus.reading.build_options import harmless
+from fmus.reading.unpack import read_file
+from fmus.reading.xml_documents import parse_xml
 from fmus.toolchain.archives import BUILD_DESCRIPTION
 from fmus.toolchain.compiler import required_compiler
+from fmus.toolchain.file_names import path_problem, shown_name
 from fmus.toolchain.fmpy_library import C_HEADERS
+from fmus.toolchain.limited_command import CommandLimits, run_limited
+from fmus.toolchain.limits import COMPILING_MEMORY, COMPILING_OUTPUT, COMPILING_TIME
 from fmus.toolchain.platform_names import platform_tuple
 from fmus.toolchain.version import Version
 
@@ -31,6 +37,9 @@ _OLD_C: Final = ("-w", *(f"-Wno-error={name}" for name in ("implicit-function-de
 _ALL: Final = "all.c"
 _VALID: Final = "sources that a C compiler takes"
 _LINES_SHOWN: Final = 3
+_LONGEST_LINE: Final = 300
+_COMPLAINT: Final = re.compile(r"error|out of memory|limit exceeded|cannot allocate", re.IGNORECASE)
+_LIMITS: Final = CommandLimits(COMPILING_TIME, COMPILING_MEMORY, COMPILING_OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -42,6 +51,8 @@ class CSources:
     libraries: tuple[str, ...] = ()
     origin: str = "the sources inside"
     """Where they are from, in words."""
+    left_out: tuple[str, ...] = ()
+    """What their maker wants of the compiler and does not get, because it can do harm."""
 
 
 def declared_sources(archive: Archive) -> CSources | None:
@@ -51,8 +62,17 @@ def declared_sources(archive: Archive) -> CSources | None:
     compiled, or one that is called `all.c` and includes the others.
 
     Raises:
-        RequestError: The build description of FMI 3.0 cannot be understood.
+        RequestError: The build description of FMI 3.0 cannot be understood, or a file would not be in its folder.
     """
+    sources = _sources(archive)
+    if sources is not None:
+        valid = "the path of a file in the folder `sources`"
+        outside = [(name, reason) for name in sources.files if (reason := path_problem(name))]
+        raise_if_any(Problem(archive.where, f"the source file `{shown_name(n)}`, which {r}", valid) for n, r in outside)
+    return sources
+
+
+def _sources(archive: Archive) -> CSources | None:
     if archive.version == Version.FMI3:
         return _described(archive) if BUILD_DESCRIPTION in archive.files else None
     interfaces = [e for e in archive.root if e.get("modelIdentifier") == archive.interface_type.modelIdentifier]
@@ -66,25 +86,36 @@ def declared_sources(archive: Archive) -> CSources | None:
     return CSources(tuple(files), origin=f"{listed(files)} in its folder of sources, which it does not declare")
 
 
-def compile_library(archive: Archive, folder: Path, target: Path) -> None:
+def kept_library(archive: Archive) -> Path:
+    """Where the library of an FMU is kept once it has been compiled.
+
+    Raises:
+        RequestError: There is no compiler.
+    """
+    stamp = f"{platform_tuple()} {required_compiler().identity} {archive.interface_type.modelIdentifier}".encode()
+    with archive.path.open("rb") as file:
+        key = hashlib.file_digest(file, lambda: hashlib.sha256(stamp)).hexdigest()[:32]
+    return platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}.library"
+
+
+def compile_library(archive: Archive, folder: Path, target: Path, progress: Progress = SILENT) -> None:
     """Compile the library of an FMU, or copy it from the cache when it was compiled before.
 
     Args:
         archive: The FMU.
         folder: The folder in which it is unpacked.
         target: The file of the library.
+        progress: Is told before the compiler is called.
 
     Raises:
         RequestError: There is no compiler, or the sources do not compile.
     """
-    compiler = required_compiler()
-    stamp = f"{platform_tuple()} {compiler.identity} {archive.interface_type.modelIdentifier}".encode()
-    key = hashlib.sha256(stamp + archive.path.read_bytes()).hexdigest()[:32]
-    kept = platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}{target.suffix}"
+    compiler, kept = required_compiler(), kept_library(archive)
     if kept.is_file():
         shutil.copyfile(kept, target)
         return
-    _compile(compiler.command, declared_sources(archive) or CSources(()), folder / "sources", target, str(archive.path))
+    progress.done(f"compiling C of {archive.where} for this platform, for at most {COMPILING_TIME:g} s")
+    _compile(compiler.command, declared_sources(archive) or CSources(()), folder / "sources", target, archive.where)
     with suppress(OSError):  # without a cache, the library is compiled each time
         _keep(target, kept)
 
@@ -100,46 +131,54 @@ def _keep(library: Path, kept: Path) -> None:
 def _described(archive: Archive) -> CSources:
     """The sources that a build description of FMI 3.0 declares."""
     identifier = archive.interface_type.modelIdentifier
-    place = f"{archive.path}, {BUILD_DESCRIPTION}"
+    place = f"{archive.where}, {BUILD_DESCRIPTION}"
     description = parse_xml(read_file(archive.path, BUILD_DESCRIPTION), place, "a build description")
     chosen = [c for c in description.iterfind("BuildConfiguration") if c.get("modelIdentifier") == identifier]
     if not chosen:
         raise refuse(place, "no build configuration of this model", f"one with modelIdentifier `{identifier}`")
-    options: list[str] = []
+    wanted: list[str] = []
     for element in chosen[0].iterfind("SourceFileSet"):
-        options += _options(element.get("compilerOptions", ""), place)
-        for definition in element.iterfind("PreprocessorDefinition"):
-            value = definition.get("value")
-            options.append(f"-D{definition.get('name')}" + ("" if value is None else f"={value}"))
-        options += [f"-I{d.get('name')}" for d in element.iterfind("IncludeDirectory")]
+        wanted += _options(element.get("compilerOptions", ""), place)
+        for macro in element.iterfind("PreprocessorDefinition"):
+            value = macro.get("value")
+            wanted.append(f"-D{macro.get('name')}" + ("" if value is None else f"={value}"))
+        wanted += [f"-I{d.get('name')}" for d in element.iterfind("IncludeDirectory")]
+    wanted += [f"-l{e.get('name')}" for e in chosen[0].iterfind("Library") if e.get("external") in {"true", "1"}]
     names = [f.get("name", "") for f in chosen[0].iterfind("SourceFileSet/SourceFile")]
-    libraries = [e.get("name") for e in chosen[0].iterfind("Library") if e.get("external") in {"true", "1"}]
-    return CSources(tuple(names), tuple(options), tuple(libraries))
+    options = harmless(wanted)
+    libraries = [option[2:] for option in options.used if option.startswith("-l")]
+    used = tuple(option for option in options.used if not option.startswith("-l"))
+    return CSources(tuple(names), used, tuple(libraries), left_out=options.left_out)
 
 
 def _options(text: str, place: str) -> list[str]:
     try:
-        return [option for option in shlex.split(text) if option.startswith("-")]
+        return shlex.split(text)
     except ValueError as error:
-        raise refuse(place, f"compilerOptions `{text}`", "options with closed quotation marks") from error
+        raise refuse(place, f"compilerOptions `{shown_name(text)}`", "options with closed quotation marks") from error
 
 
 def _compile(command: Sequence[str], sources: CSources, folder: Path, target: Path, where: str) -> None:
     """Call the compiler once, in the folder of the sources; FMPy's headers of FMI are used if there are none in it."""
-    outside = [n for n in sources.files if not (folder / n).resolve().is_relative_to(folder.resolve())]
     missing = [n for n in sources.files if not (folder / n).is_file()]
-    if outside or missing or not sources.files:
-        found = f"the source file {(outside or missing)[0]}" if outside or missing else "no source files"
-        raise refuse(where, f"{found}, which is not in its folder" if outside or missing else found, _VALID)
+    if missing or not sources.files:
+        found = f"the source file {missing[0]}, which is not in its folder" if missing else "no source files"
+        raise refuse(where, found, _VALID)
     driver = _driver(command, sources.files)
     complete = [] if sys.platform == "darwin" else ["-Wl,--no-undefined"]
     arguments = [*driver, "-O2", *_OLD_C, "-fPIC", "-shared", "-I.", f"-I{C_HEADERS}", *sources.options]
     libraries = [f"-l{name}" for name in dict.fromkeys((*sources.libraries, "m"))]
-    arguments += [*sources.files, "-o", str(target), *complete, *libraries]
-    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)  # noqa: S603
-    if done.returncode != 0:
-        errors = "; ".join([line.strip() for line in done.stderr.splitlines() if "error" in line][:_LINES_SHOWN])
-        found = f"no binary for {platform_tuple()}, and sources that do not compile ({errors})"
+    files = [f"./{name}" if name.startswith(("-", "@")) else name for name in sources.files]  # no options of its own
+    arguments += [*files, "-o", str(target), *complete, *libraries]
+    done = run_limited(arguments, folder, _LIMITS, {"LC_ALL": "C"})
+    if done.code is None:
+        found = f"no binary for {platform_tuple()}, and sources that do not compile within {COMPILING_TIME:g} s"
+        raise refuse(where, found, _VALID, "Have it built for this platform.")
+    if done.code != 0:
+        lines = [line.strip() for line in done.said.splitlines() if _COMPLAINT.search(line)]
+        errors = "; ".join(line[:_LONGEST_LINE] for line in lines[:_LINES_SHOWN])
+        ended = f"signal {-done.code}" if done.code < 0 else f"exit code {done.code}"
+        found = f"no binary for {platform_tuple()}, and sources that do not compile ({errors or ended})"
         raise refuse(where, found, _VALID, "Have it built for this platform.")
 
 

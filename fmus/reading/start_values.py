@@ -10,10 +10,20 @@ import numpy as np
 
 from components.interfaces.quantity import DTYPES, TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
+from fmus.toolchain.file_names import shown_name
 
 
 class ReadingError(ValueError):
-    """A variable with a value that cannot be read; the message is a part of ours."""
+    """A variable with a value that cannot be read; the message is a part of ours.
+
+    Args:
+        text: What is found.
+        line: The line of the description; None where it is not known.
+    """
+
+    def __init__(self, text: str, line: int | None = None) -> None:
+        self.line = line
+        super().__init__(text)
 
 
 def start_texts(root: Any) -> dict[str, list[str]]:
@@ -36,7 +46,7 @@ def read_value(text: str, value_type: Type, name: str, what: str) -> Any:
         # numpy refuses integers that do not fit the width of the type
         return float(text) if value_type.is_float else DTYPES[value_type](text).item()
     except (ValueError, LookupError, OverflowError) as error:
-        raise ReadingError(f"`{name}` with the {what} `{text}`") from error
+        raise ReadingError(f"`{name}` with the {what} `{shown_name(text)}`") from error
 
 
 def shaped(start: list[Any], quantity: Quantity) -> Any:

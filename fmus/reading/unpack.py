@@ -1,37 +1,47 @@
-"""Archives and XML of other tools, unpacked and read; what is broken or could do harm is refused with a message."""
+"""Archives of other tools, unpacked and read; what is broken or could do harm is refused with a message."""
 
 from __future__ import annotations
 
-import posixpath
+import lzma
 import shutil
 import stat
 import tempfile
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Collection, Generator
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
-
-from lxml import etree
+from typing import IO, Any, Final
 
 from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
+from fmus.toolchain.archives import unwritable
+from fmus.toolchain.door import exception_in_words, reading
+from fmus.toolchain.file_names import path_problem, plain_path, shown_name
+from fmus.toolchain.limits import (
+    DEEPEST_PATH,
+    LARGEST_ARCHIVE,
+    LARGEST_FILE_READ,
+    LARGEST_RATIO,
+    MOST_ENTRIES,
+    SUSPICIOUS_FILE,
+    SUSPICIOUS_SIZE,
+)
 
-MOST_ENTRIES: Final = 100_000
-LARGEST_ARCHIVE: Final = 8 * 2**30
-"""[byte] The size of all files of an archive together."""
-SUSPICIOUS_SIZE: Final = 256 * 2**20
-"""[byte] Files that have more together, and more than `LARGEST_RATIO` times the size of the archive, are a zip bomb."""
-LARGEST_RATIO: Final = 200
-LARGEST_XML: Final = 512 * 2**20
-"""[byte] More than the longest description has: an array may have 10 million elements."""
-DEEPEST_XML: Final = 256
-"""The most elements inside each other."""
 _CHUNK: Final = 2**16
-_DOCUMENT_TYPE: Final = "a document type declaration (DTD), whose entities could expand without end"
-_TOO_DEEP: Final = f"more than {DEEPEST_XML} elements inside each other"
+_MOST_SHOWN: Final = 40
+"""The most characters of a damaged name in a message."""
+_MOST_PROBLEMS: Final = 20
+"""The most entries of an archive that are refused by name."""
+_METHODS: Final = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA})
+_REPACK: Final = "Pack or copy it again."
+_DAMAGE: Final = (
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, OSError),
+    *(UnicodeError, ValueError, OverflowError, RuntimeError),
+)
+"""What Python's reader of archives raises on damaged ones."""
 
 
 @dataclass(frozen=True)
@@ -62,19 +72,32 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> tuple[str, ...]:
 
     Raises:
         RequestError: The archive is missing or corrupt, is a zip bomb, or has an entry that would leave the folder, is
-            a link, is encrypted, or stands in it twice with different bytes. Only a corrupt archive may have been
-            unpacked in part.
+            a link, is encrypted, or stands in it twice with different bytes; or the disk is full. Only a corrupt
+            archive may have been unpacked in part.
     """
     with _opened(path, folder, where, valid) as archive:
         for entry in archive.infolist():
             target = folder / _name(entry)
-            if entry.is_dir() or _name(entry).endswith("/"):
-                target.mkdir(parents=True, exist_ok=True)
-                continue
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with archive.open(entry) as source, target.open("wb") as file:
-                shutil.copyfileobj(source, file)
+            with archive.open(entry) as source:
+                _write(source, target, is_folder=_is_folder(entry))
         return _remarks(archive.infolist())
+
+
+def _write(source: IO[bytes], target: Path, *, is_folder: bool) -> None:
+    """Write what is read to a file, which is new, or make a folder."""
+    try:
+        (target if is_folder else target.parent).mkdir(parents=True, exist_ok=True)
+        file = None if is_folder else target.open("wb")
+    except OSError as error:
+        raise unwritable(target.parent, error) from error
+    if file is None:
+        return
+    with file:
+        while part := source.read(_CHUNK):
+            try:
+                file.write(part)
+            except OSError as error:
+                raise unwritable(target.parent, error) from error
 
 
 def read(path: Path, names: Collection[str], where: str, valid: str) -> ArchiveContent:
@@ -90,7 +113,8 @@ def read(path: Path, names: Collection[str], where: str, valid: str) -> ArchiveC
         RequestError: As `unpack` raises it.
     """
     with _opened(path, Path(tempfile.gettempdir()), where, valid) as archive:
-        entries = {_name(entry): entry for entry in archive.infolist() if not _name(entry).endswith("/")}
+        entries = {_name(entry): entry for entry in archive.infolist() if not _is_folder(entry)}
+        raise_if_any(_memory_problems([entries[name] for name in names if name in entries], where, valid))
         contents: dict[str, bytes] = {}
         for name, entry in entries.items():  # each file is read once, and an entry to its end is checked for damage
             if name in names:
@@ -105,15 +129,18 @@ def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, where: str, valid: 
         with archive.open(entry) as file:
             while file.read(_CHUNK):
                 pass
-    except zipfile.BadZipFile as error:
-        found = f"a corrupt archive ({entry.filename} is damaged)"
-        raise refuse(where, found, valid, "Pack or copy it again.") from error
+    except _DAMAGE as error:
+        found = f"a corrupt archive ({shown_name(entry.filename)} is damaged)"
+        raise refuse(where, found, valid, _REPACK) from error
 
 
 def read_file(path: Path, name: str) -> bytes:
-    """The content of one file of an archive that has been read before."""
-    with zipfile.ZipFile(path) as archive:
-        return archive.read(next(entry for entry in archive.infolist() if _name(entry) == name))
+    """The content of one file of an archive that has been read before. Raises `RequestError` as `read` does."""
+    where = f"{path}, {name}"
+    with reading(where, "the file as it was before", _REPACK), zipfile.ZipFile(path) as archive:
+        entry = next(entry for entry in archive.infolist() if _name(entry) == name)
+        raise_if_any(_memory_problems([entry], str(path), "a file of its usual size"))
+        return archive.read(entry)
 
 
 @contextmanager
@@ -124,22 +151,40 @@ def _opened(path: Path, folder: Path, where: str, valid: str) -> Generator[zipfi
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
-            raise_if_any(_entry_problems(archive, where, valid))
             raise_if_any(_size_problems(entries, path.stat().st_size, folder, where, valid))
+            raise_if_any(_entry_problems(archive, where, valid))
             yield archive
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError) as error:
-        if not zipfile.is_zipfile(path):
+    except UnicodeDecodeError as error:
+        found = f"an entry whose name is not in UTF-8 as it says ({error.object!r:.{_MOST_SHOWN}})"
+        raise refuse(where, found, valid, "Pack it again with another tool.") from error
+    except _DAMAGE as error:
+        if isinstance(error, RequestError):
+            raise
+        if not _is_archive(path):
             raise refuse(where, "a file that is no zip archive", valid) from error
-        raise refuse(where, f"a corrupt archive ({error})", valid, "Pack or copy it again.") from error
+        said = str(error) if type(error) in {zipfile.BadZipFile, zlib.error, OSError} else exception_in_words(error)
+        raise refuse(where, f"a corrupt archive ({said})", valid, _REPACK) from error
+
+
+def _is_archive(path: Path) -> bool:
+    try:
+        return zipfile.is_zipfile(path)
+    except (OSError, ValueError, OverflowError):
+        return False
 
 
 def _name(entry: zipfile.ZipInfo) -> str:
-    return entry.filename.replace("\\", "/")
+    """The path of an entry in one spelling, in which two entries of one file have the same."""
+    return plain_path(entry.filename)
+
+
+def _is_folder(entry: zipfile.ZipInfo) -> bool:
+    return entry.filename.endswith(("/", "\\"))
 
 
 def _remarks(entries: list[zipfile.ZipInfo]) -> tuple[str, ...]:
     """A remark on files that stand in the archive more than once, with the same bytes."""
-    counts = Counter(name for entry in entries if not (name := _name(entry)).endswith("/"))
+    counts = Counter(_name(entry) for entry in entries if not _is_folder(entry))
     repeated = [name for name, count in counts.items() if count > 1]
     return (f"the archive has {listed(repeated)} more than once, with the same bytes",) if repeated else ()
 
@@ -147,21 +192,55 @@ def _remarks(entries: list[zipfile.ZipInfo]) -> tuple[str, ...]:
 def _entry_problems(archive: zipfile.ZipFile, where: str, valid: str) -> list[Problem]:
     problems: list[Problem] = []
     seen: dict[str, zipfile.ZipInfo] = {}
-    for entry in archive.infolist():
-        name = _name(entry)
-        found, remedy = None, ""
-        if _leaves(name):
-            found = "an entry that would leave the folder"
-        elif entry.flag_bits & 1:
-            found, remedy = "an encrypted entry", "Pack it without a password."
-        elif stat.S_ISLNK(entry.external_attr >> 16):
-            found, remedy = "a symbolic link", "Pack the file that it leads to."
-        elif name in seen and not name.endswith("/") and not _are_equal(archive, seen[name], entry):
-            found, remedy = "two entries of one name with different bytes", "Pack it again."
+    entries = archive.infolist()
+    folders = {parent for entry in entries for parent in _folders(entry)}
+    for entry in entries:
+        found, remedy = _entry_breach(archive, entry, seen, folders)
         if found:
-            problems.append(Problem(where, f"{found}, {entry.filename}", valid, remedy))
-        seen.setdefault(name, entry)
+            problems.append(Problem(where, f"{found}, {shown_name(entry.filename)}", valid, remedy))
+        if len(problems) >= _MOST_PROBLEMS:
+            break
+        if not _is_folder(entry):
+            seen.setdefault(_name(entry), entry)
     return problems
+
+
+def _entry_breach(
+    archive: zipfile.ZipFile, entry: zipfile.ZipInfo, seen: Mapping[str, zipfile.ZipInfo], folders: AbstractSet[str]
+) -> tuple[str, str]:
+    """What is wrong with an entry after those that have been `seen`, and what to do; empty texts where nothing is."""
+    name, is_file = _name(entry), not _is_folder(entry)
+    if not name and not is_file and (entry.filename[0] == "."):
+        return "", ""  # the folder that it is unpacked into
+    reason = path_problem(entry.filename)
+    rules: tuple[tuple[Callable[[], Any], str, str], ...] = (
+        (lambda: reason, f"an entry that {reason}", ""),
+        (lambda: entry.flag_bits & 1, "an encrypted entry", "Pack it without a password."),
+        (lambda: stat.S_ISLNK(entry.external_attr >> 16), "a symbolic link", "Pack the file that it leads to."),
+        (
+            lambda: entry.compress_type not in _METHODS,
+            f"an entry packed by the method {entry.compress_type}",
+            "Pack it again with the method `deflate`.",
+        ),
+        (lambda: is_file and name in folders, "a file that is a folder, too", "Pack it again."),
+        (
+            lambda: is_file and name in seen and not _are_equal(archive, seen[name], entry),
+            "two entries of one name with different bytes",
+            "Pack it again.",
+        ),
+    )
+    return next(((found, remedy) for is_broken, found, remedy in rules if is_broken()), ("", ""))
+
+
+def _folders(entry: zipfile.ZipInfo) -> Iterator[str]:
+    """The folders that an entry needs, itself included if it is one."""
+    name = _name(entry)
+    if _is_folder(entry) and name:
+        yield name
+    if name.count("/") <= DEEPEST_PATH:
+        while (at := name.rfind("/")) > 0:
+            name = name[:at]
+            yield name
 
 
 def _are_equal(archive: zipfile.ZipFile, first: zipfile.ZipInfo, second: zipfile.ZipInfo) -> bool:
@@ -173,12 +252,6 @@ def _are_equal(archive: zipfile.ZipFile, first: zipfile.ZipInfo, second: zipfile
             if not part:
                 return True
     return False
-
-
-def _leaves(name: str) -> bool:
-    """Whether a name leads out of the folder that it is unpacked into, which no link can do: links are refused."""
-    normal = posixpath.normpath(name)
-    return normal.startswith(("/", "../")) or normal == ".." or normal[1:2] == ":"
 
 
 def _size_problems(entries: list[zipfile.ZipInfo], packed: int, folder: Path, where: str, valid: str) -> list[Problem]:
@@ -194,76 +267,13 @@ def _size_problems(entries: list[zipfile.ZipInfo], packed: int, folder: Path, wh
     return []
 
 
-def parse_xml(content: bytes, where: str, valid: str) -> Any:
-    """The root element of an XML document.
-
-    Documents with a document type declaration are refused: neither FMI nor SSP has one, and its entities may expand
-    without end or refer to other files. Texts and attributes may be as long as the document: the start value of an
-    array is one attribute.
-
-    Args:
-        content: The document.
-        where: The document, as messages name it.
-        valid: What it should be, as messages say it.
-
-    Raises:
-        RequestError: The document is not well-formed, in which case the message has the line, has a document type
-            declaration, or is too large or nested too deeply.
-    """
-    if len(content) > LARGEST_XML:
-        found = f"{len(content) / 2**20:.0f} MiB of XML"
-        raise refuse(where, found, f"at most {LARGEST_XML / 2**20:.0f} MiB of XML in one file")
-    parser = _parser(huge_tree=False)
-    try:
-        root = etree.fromstring(content, parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
-        errors = parser.error_log.filter_from_errors()
-        if _has_document_type(content):
-            raise refuse(where, _DOCUMENT_TYPE, valid) from error
-        if not errors or errors[0].type_name != "ERR_RESOURCE_LIMIT":
-            raise _not_well_formed(error, errors, where, valid) from error
-        root = _large(content, where, valid)
-    if root.getroottree().docinfo.internalDTD is not None:
-        raise refuse(where, _DOCUMENT_TYPE, valid)
-    return root
-
-
-def _parser(*, huge_tree: bool) -> Any:
-    return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=huge_tree)
-
-
-def _large(content: bytes, where: str, valid: str) -> Any:
-    """The root element of a document, without entities, that is beyond the usual limits of the parser."""
-    parser = _parser(huge_tree=True)
-    try:
-        root = etree.fromstring(content, parser)
-    except etree.XMLSyntaxError as error:
-        errors = parser.error_log.filter_from_errors()
-        if errors and errors[0].type_name == "ERR_RESOURCE_LIMIT":
-            raise refuse(where, _TOO_DEEP, valid) from error
-        raise _not_well_formed(error, errors, where, valid) from error
-    level: list[Any] = [root]
-    for _ in range(DEEPEST_XML):
-        level = [child for element in level for child in element]
-    if level:
-        raise refuse(where, _TOO_DEEP, valid)
-    return root
-
-
-def _has_document_type(content: bytes) -> bool:
-    """Whether there is a document type declaration, which can only stand before the root element."""
-    parser = etree.XMLPullParser(("start",), resolve_entities=False, no_network=True, load_dtd=False)
-    try:
-        for at in range(0, len(content), _CHUNK):
-            parser.feed(content[at : at + _CHUNK])
-            for _, root in parser.read_events():
-                return root.getroottree().docinfo.internalDTD is not None
-    except etree.XMLSyntaxError:
-        pass
-    return any("<!DOCTYPE".encode(encoding) in content for encoding in ("utf-8", "utf-16-le", "utf-16-be"))
-
-
-def _not_well_formed(error: Exception, errors: Any, where: str, valid: str) -> RequestError:
-    line = getattr(error, "lineno", None)
-    reason = errors[0].message if errors else str(error)  # the exception has the line in its message too
-    return refuse(f"{where}, line {line}" if line else where, f"XML that is not well-formed ({reason.strip()})", valid)
+def _memory_problems(entries: Sequence[zipfile.ZipInfo], where: str, valid: str) -> Iterator[Problem]:
+    """The reasons not to read files into memory."""
+    for entry in entries:
+        size, packed = entry.file_size, entry.compress_size
+        if size > SUSPICIOUS_FILE and size > LARGEST_RATIO * packed:
+            found = f"a zip bomb ({entry.filename}: {size / 2**20:.0f} MiB out of {packed / 2**20:.3g} MiB)"
+            yield Problem(where, found, valid)
+        elif size > LARGEST_FILE_READ:
+            found, most = f"{entry.filename} of {size / 2**20:.0f} MiB", f"at most {LARGEST_FILE_READ / 2**20:.0f} MiB"
+            yield Problem(where, found, most)

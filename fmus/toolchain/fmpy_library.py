@@ -62,6 +62,7 @@ from lxml import etree
 from fmus.toolchain.archives import MODEL_DESCRIPTION
 from fmus.toolchain.description_breach import DescriptionBreach, as_phrase, breach_of
 from fmus.toolchain.description_repair import contradictions_with_initial, named_version, separate_by_single_blanks
+from fmus.toolchain.door import exception_in_words
 from fmus.toolchain.fmi1_description import complete
 from fmus.toolchain.function_library import FunctionLibrary
 from fmus.toolchain.version import Version
@@ -135,7 +136,7 @@ def ssp_schema(name: str) -> etree.XMLSchema:
 
 
 class ModelDescriptionError(ValueError):
-    """FMPy cannot read a model description; the message, one line, says why where FMPy does."""
+    """FMPy cannot read a model description; the message, one line, says why."""
 
 
 def read_model(root: Any, version: Version) -> ModelDescription:
@@ -182,8 +183,8 @@ def _model(root: Any) -> ModelDescription:
         if model.fmiVersion == "1.0":
             complete(model, root, Unknown)
     except Exception as error:  # FMPy raises bare Exception with a text for people, and Python the others
-        deliberate = type(error) in {Exception, ValidationError}
-        raise ModelDescriptionError(as_phrase(str(error)) if deliberate else "") from error
+        deliberate = type(error) in {Exception, ValidationError} and str(error)
+        raise ModelDescriptionError(as_phrase(str(error)) if deliberate else exception_in_words(error)) from error
     finally:
         etree.set_default_parser(None)
     return model
@@ -196,8 +197,7 @@ def description_breaches(model: ModelDescription, *, with_structure: bool) -> li
         model: The description, as `read_model` gives it.
         with_structure: Whether the model structure has to be complete.
     """
-    units = {unit.name for unit in model.unitDefinitions}
-    texts: list[str] = []
+    units, texts = {unit.name for unit in model.unitDefinitions}, list[str]()
     for v in model.modelVariables:
         for shown in (v, *v.aliases):
             if shown.displayUnit is not None and (v.unit or (v.declaredType and v.declaredType.unit)) not in units:

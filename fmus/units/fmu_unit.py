@@ -89,7 +89,7 @@ class FmuUnit(Unit):
     def _unpacked(self) -> Path:
         """The folder with the files of the FMU, for this unit alone."""
         folder = Path(self._resources.enter_context(scratch_folder("fmu")))
-        unpack(self._archive.path, folder, str(self._archive.path), VALID_FMU)
+        unpack(self._archive.path, folder, self._archive.where, VALID_FMU)
         return folder
 
     def _fmpy_class(self) -> type[Any]:
@@ -114,7 +114,7 @@ class FmuUnit(Unit):
             reason = f" ({'; '.join(self.messages.said())})" if self.messages else ", and does not say why"
             token = f"{self.api.token} `{self._archive.description.guid}`"
             raise refuse(
-                str(self._archive.path),
+                self._archive.where,
                 f"a library that refuses to make an instance{reason}",
                 f"a library that takes the {token} of its modelDescription.xml",
                 "Export the FMU again.",

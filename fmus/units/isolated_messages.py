@@ -22,7 +22,7 @@ from typing_extensions import override
 from components.interfaces.problem import Problem, RequestError
 from components.interfaces.quantity import DTYPES, Type, zeros
 from fmus.reading.archive import VALID_FMU, Archive
-from fmus.reading.unpack import parse_xml
+from fmus.reading.xml_documents import parse_xml
 from fmus.toolchain.foreign_text import plain
 from fmus.toolchain.limits import MOST_TOLD
 from fmus.toolchain.typed_messages import UnreadableMessageError
@@ -74,7 +74,7 @@ class Instantiation:
         archive: Archive = pickle.loads(self.packed)  # noqa: S301 - from our own process
         if self.description is None:
             return archive
-        return replace(archive, root=parse_xml(self.description, str(archive.path), VALID_FMU))
+        return replace(archive, root=parse_xml(self.description, archive.where, VALID_FMU))
 
 
 def _without_variables(description: Any) -> Any:

@@ -51,7 +51,7 @@ def check(  # noqa: PLR0913 - each is an option of the command
 
     with working() as progress:
         progress.now(f"reading {file}")
-        result = checking.check(file, socket, target, static=static)
+        result = checking.check(file, socket, target, static=static, progress=progress)
     for line in result.lines:
         out.print(line)
     print_problems(result.problems)

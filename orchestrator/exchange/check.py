@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
-from fmus.reading.library import platforms
 from fmus.reading.observation import observable, observing
-from fmus.toolchain.platform_names import platform_tuple
-from fmus.unit_interface import Interface, SuggestedExperiment
-from orchestrator.exchange.trial import try_first_step
+from fmus.unit_interface import Interface
+from orchestrator.exchange.fmu_in_words import described, rule_breaches
+from orchestrator.exchange.trial import Trial, try_first_step
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import MappingFile
@@ -36,7 +36,14 @@ class Checked:
     problems: tuple[Problem, ...] = ()
 
 
-def check(path: Path, socket: str | None = None, out: Path | None = None, *, static: bool = False) -> Checked:
+def check(
+    path: Path,
+    socket: str | None = None,
+    out: Path | None = None,
+    *,
+    static: bool = False,
+    progress: Progress = SILENT,
+) -> Checked:
     """Check an FMU, an SSP or a mapping file, and write a template of a mapping where one is of use.
 
     Args:
@@ -44,6 +51,7 @@ def check(path: Path, socket: str | None = None, out: Path | None = None, *, sta
         socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
         static: Whether an FMU is only read, and not tried.
         out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
+        progress: Is told before sources of an FMU are compiled.
 
     Returns:
         The description of the file, with everything that is wrong with it.
@@ -64,7 +72,12 @@ def check(path: Path, socket: str | None = None, out: Path | None = None, *, sta
         if path.suffix == ".ssp":
             return _ssp(path)
         mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
-        return _fmu(path, mapping, socket, out, static=static)
+        where = path if mapping is None else mapping.fmu
+        if where is None:
+            raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
+        archive, broken = opened(where)
+        tried = None if static else try_first_step(where, progress, lenient=bool(broken))
+        return _fmu(path, _Found(where, archive, broken, tried), mapping, socket, out)
     except RequestError as error:
         return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
 
@@ -91,16 +104,22 @@ def _ssp(path: Path) -> Checked:
     return Checked((*lines, *_to_run([f"macrostep run {path}"])), good=True)
 
 
-def _fmu(path: Path, mapping: MappingFile | None, socket: str | None, out: Path | None, *, static: bool) -> Checked:
+@dataclass(frozen=True)
+class _Found:
+    """An FMU that has been read, with the problems that a strict reader has, and how its trial went."""
+
+    where: Path
+    archive: Archive
+    broken: tuple[Problem, ...]
+    tried: Trial | None
+
+
+def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:
     """Describe an FMU, and how it fits a socket by itself or with its mapping file."""
-    where = path if mapping is None else mapping.fmu
-    if where is None:
-        raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
-    archive, broken = opened(where)
-    tried = None if static else try_first_step(where, lenient=bool(broken))
+    where, archive, broken, tried = found.where, found.archive, found.broken, found.tried
     problems = (*broken, *(tried.problems if tried else ()))
     theirs = archive.interface
-    lines = [*_description(where, archive), *_breaches(archive, broken)]
+    lines = [*described(where, archive), *rule_breaches(archive, broken)]
     if tried is not None:
         lines += [f"  {tried.reached}", *(f"  note: {remark}" for remark in tried.remarks)]
     lines += ["", *_variables(archive), ""]
@@ -169,48 +188,6 @@ _OBSERVABLE: Final = {"local": "local", "calculatedParameter": "calculated"}
 """The causalities of variables that are listed besides inputs, outputs and parameters, in words."""
 _MOST_OBSERVABLE: Final = 100
 """The most local variables that are listed."""
-
-
-def _description(path: Path, archive: Archive) -> Iterator[str]:
-    d: Any = archive.description
-    interfaces = " and ".join(kind.in_words for kind in archive.interface_types)
-    yield f"{path.name}: `{archive.interface.kind}`, FMI {d.fmiVersion}, {interfaces}"
-    if d.description:
-        yield f"  {d.description}"
-    suffix = "" if archive.library else f"; none for this machine ({platform_tuple()})"
-    sources = ", with sources" if any(name.startswith("sources/") for name in archive.files) else ""
-    if len(archive.interface_types) > 1:
-        other = next(kind for kind in archive.interface_types if kind is not archive.chosen)
-        yield f"  runs as {archive.chosen.in_words}; as {other.in_words} with --interface {other.short}"
-    yield f"  runs on {', '.join(platforms(archive)) or 'no platform'}{suffix}{sources}"
-    if d.generationTool:
-        yield f"  made by {d.generationTool}{f', {d.generationDateAndTime}' if d.generationDateAndTime else ''}"
-    if times := _suggested(archive.suggested):
-        yield f"  its experiment: {times}"
-    can = {"rolls back": archive.interface.rolls_back, "has event mode": archive.interface.event_mode}
-    if able := [what for what, is_so in can.items() if is_so]:
-        yield f"  {', '.join(able)}"
-
-
-def _suggested(wished: SuggestedExperiment) -> str:
-    """The experiment that an FMU suggests, in words; empty where it suggests none."""
-    said = (
-        ("start time", wished.start or None, " s"),
-        ("stop time", wished.stop, " s"),
-        ("step", wished.step, " s"),
-        ("internal step", wished.fixed_step, " s"),
-        ("tolerance", wished.tolerance, ""),
-    )
-    steps = [] if wished.any_step or wished.step is None else ["not said to take other steps"]
-    return ", ".join([f"{name} {value:g}{unit}" for name, value, unit in said if value is not None] + steps)
-
-
-def _breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
-    if broken:
-        yield "  breaks rules of FMI, and runs with --lenient only"
-    else:
-        yield f"  {'breaks rules of FMI that no run needs' if archive.breaks_rules else 'keeps the rules of FMI'}"
-    yield from (f"  note: {remark}" for remark in archive.remarks)
 
 
 def _variables(archive: Archive) -> list[str]:

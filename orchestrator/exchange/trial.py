@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from components.interfaces.problem import Problem, RequestError
+from components.interfaces.progress import SILENT, Progress
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.single_fmu import single_fmu
 from orchestrator.stepping.master import Simulation, SimulationError
@@ -22,17 +23,20 @@ class Trial:
     """What a run would tell of it."""
 
 
-def try_first_step(path: Path, *, lenient: bool) -> Trial:
+def try_first_step(path: Path, progress: Progress = SILENT, *, lenient: bool) -> Trial:
     """Open an FMU in a process of its own, because a faulty one may crash; initialise it, and step once.
 
     Args:
         path: The FMU.
+        progress: Is told before sources of the FMU are compiled.
         lenient: Whether broken rules of FMI are overlooked that do not keep it from running.
     """
     stepped = False
     try:
         # the stop time of the file, if it has one, is of no interest: the trial ends after a step
         scenario = single_fmu(path, {}, Options(lenient=lenient, isolate=["fmu"], stop_time=0.0))
+        for source in scenario.system.units.values():
+            source.make_ready(progress)
         simulation = Simulation(scenario.system, h=scenario.h, until=scenario.start + scenario.h, start=scenario.start)
         with simulation:
             stepped = True

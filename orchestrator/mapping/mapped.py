@@ -10,6 +10,7 @@ from typing import Any, Self, final
 from typing_extensions import override
 
 from components.interfaces.problem import Problem, raise_if_any
+from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
@@ -63,6 +64,10 @@ class Mapped(UnitSource):
     @override
     def describe(self) -> SourceDescription:
         return self.fmu.describe()
+
+    @override
+    def make_ready(self, progress: Progress) -> None:
+        self.fmu.make_ready(progress)
 
     @property
     @override

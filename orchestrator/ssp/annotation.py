@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from fractions import Fraction
 from typing import Annotated, Any, Final
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticKnownError
 
 from components.interfaces.problem import refuse
@@ -31,6 +32,14 @@ def _registered_socket(name: Any) -> str:
     raise PydanticKnownError("literal_error", {"expected": alternatives(f"'{known}'" for known in SOCKETS)})
 
 
+def _ratio(value: Any) -> Any:
+    """A value that may be a ratio: one such as `1e999999999` would take hours."""
+    if isinstance(value, str) and not _RATIO.fullmatch(value):
+        raise PydanticKnownError("string_pattern_mismatch", {"pattern": "1/2"})
+    return value
+
+
+_RATIO: Final = re.compile(r"[0-9]{1,9}(/[0-9]{1,9})?")
 _Seconds = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 _SocketName = Annotated[str, PlainValidator(_registered_socket)]
 
@@ -69,7 +78,7 @@ class ScenarioAnnotation(BaseModel):
     allow_nonfinite: list[str] = []
     table: str | None = None
     table_holds: bool = False
-    steps: dict[str, Fraction] = {}
+    steps: dict[str, Annotated[Fraction, BeforeValidator(_ratio)]] = {}
     isolated: dict[str, _Seconds] = {}
     in_process: list[str] = []
     sources: dict[str, dict[str, Any]] = {}
@@ -146,7 +155,7 @@ def read_annotation(document: Document) -> ScenarioAnnotation | None:
     valid = "what macrostep wrote"
     try:
         content: Any = json.loads(node.text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise refuse(document.at(node), f"an annotation that is no JSON ({error})", valid) from error
     if not isinstance(content, dict) or not {"step", "sockets"} <= content.keys():
         raise refuse(document.at(node), "an annotation without a step or sockets", valid)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import islice
@@ -10,8 +11,12 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import unquote, urlsplit
 
-from components.interfaces.problem import MOST_PROBLEMS, OTHER_PROBLEMS, Problem, RequestError, did_you_mean
-from fmus.reading.unpack import parse_xml, unpack
+from components.interfaces.problem import MOST_PROBLEMS, OTHER_PROBLEMS, Problem, RequestError, did_you_mean, refuse
+from fmus.reading.unpack import unpack
+from fmus.reading.xml_documents import parse_xml
+from fmus.toolchain.door import reading
+from fmus.toolchain.file_names import LEAVES, path_problem, shown_name
+from fmus.toolchain.limits import LARGEST_ARCHIVE, LARGEST_FILE_READ, MOST_SYSTEM_ELEMENTS, MOST_SYSTEMS
 from fmus.toolchain.scratch import scratch_folder
 from orchestrator.ssp.rules import breaches, document_kind
 from orchestrator.ssp.vocabulary import DESCRIPTION_FILE, Attribute, SspVersion, Tag
@@ -35,6 +40,39 @@ VALID_SSP: Final = f"{VALID_PACKAGE}, SSP {VALID_VERSIONS}"
 
 
 @dataclass
+class Expansion:
+    """How much an SSP becomes, with all that it takes from other files: a small one may stand for a very large one.
+
+    Attributes:
+        folders: Where packages are unpacked, by the digest of their content: each is unpacked once.
+        size: The bytes of all packages.
+        systems: The systems that were taken from elsewhere.
+        elements: The elements of all systems.
+    """
+
+    folders: dict[str, Path] = field(default_factory=dict[str, Path])
+    size: int = 0
+    systems: int = 0
+    elements: int = 0
+
+    def add_system(self, where: str) -> None:
+        """Count a system that comes from elsewhere. Raises `RequestError`, if there are too many."""
+        self.systems += 1
+        self._refuse(self.systems, MOST_SYSTEMS, "systems from other places", where)
+
+    def add_element(self, where: str) -> None:
+        """Count an element. Raises `RequestError`, if there are too many."""
+        self.elements += 1
+        self._refuse(self.elements, MOST_SYSTEM_ELEMENTS, "components and systems", where)
+
+    @staticmethod
+    def _refuse(number: int, most: int, what: str, where: str) -> None:
+        if number > most:
+            remedy = "What is taken ten times into what is taken ten times is there a hundred times."
+            raise refuse(where, f"an SSP that becomes more than {most} {what}", f"at most {most}", remedy)
+
+
+@dataclass
 class Findings:
     """All the problems of an SSP, and the remarks on it.
 
@@ -42,11 +80,13 @@ class Findings:
         lenient: Whether a breach of the standard that does not keep the system from running is only a remark.
         problems: What keeps the system from running; the same may be there several times.
         remarks: What a person should know of a system that runs, likewise.
+        expansion: What the SSP has become so far.
     """
 
     lenient: bool = False
     problems: list[Problem] = field(default_factory=list[Problem])
     remarks: list[str] = field(default_factory=list[str])
+    expansion: Expansion = field(default_factory=Expansion)
 
     def add_problem(self, where: str, found: str, valid: str, remedy: str = "") -> None:
         """Add a problem that keeps the system from running. Raises `RequestError` if there are too many."""
@@ -138,21 +178,42 @@ def open_package(path: Path, where: str, findings: Findings) -> Package:
     Raises:
         RequestError: The file is not a zip archive, or an entry would leave the folder.
     """
-    _folders.append(scratch_folder("ssp"))
-    folder = Path(_folders[-1].name)
-    findings.remarks += unpack(path, folder, where, VALID_SSP)
-    return Package(folder, where, findings)
+    expansion = findings.expansion
+    content = digest(path) if path.is_file() else ""
+    if content not in expansion.folders:
+        _folders.append(scratch_folder("ssp"))
+        folder = Path(_folders[-1].name)
+        findings.remarks += unpack(path, folder, where, VALID_SSP)
+        expansion.size += sum(file.stat().st_size for file in folder.rglob("*"))
+        if expansion.size > LARGEST_ARCHIVE:
+            found = f"{expansion.size / 2**20:.0f} MiB with the archives inside"
+            raise refuse(where, found, f"at most {LARGEST_ARCHIVE / 2**20:.0f} MiB")
+        expansion.folders[content] = folder
+    return Package(expansion.folders[content], where, findings)
+
+
+def digest(path: Path) -> str:
+    """The digest of a file, by which two of the same content are known."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_document(package: Package, path: Path, kind: Tag = Tag.DESCRIPTION) -> Document | None:
     """An XML file of a package, whose root element must be `kind`; None where the findings say why it is unusable."""
     where = f"{package.where}, {path.relative_to(package.folder).as_posix()}"
-    content = path.read_bytes()
-    root = package.findings.attempt(lambda: parse_xml(content, where, VALID_XML))
+    root = package.findings.attempt(lambda: parse_xml(file_content(path, where), where, VALID_XML))
     if root is None:
         return None
     document = Document(package, path, root)
     return document if conforms(document, root, kind) else None
+
+
+def file_content(path: Path, where: str) -> bytes:
+    """The content of a file of a package. Raises `RequestError` for one that is too large."""
+    with reading(where, "a file that can be read"):
+        if (size := path.stat().st_size) > LARGEST_FILE_READ:
+            raise refuse(where, f"{size / 2**20:.0f} MiB", f"at most {LARGEST_FILE_READ / 2**20:.0f} MiB")
+        return path.read_bytes()
 
 
 def conforms(document: Document, root: Node, kind: Tag) -> bool:
@@ -186,17 +247,27 @@ def resolve_uri(document: Document, uri: str, where: str) -> Path | None:
     """The file that a URI means, relative to its document; None where there is none, as the findings say."""
     package, base = document.package, document.path.parent
     valid = "the relative path of a file in the archive"
-    parts = urlsplit(uri)
-    if len(parts.scheme) > 1 or parts.netloc:
-        package.findings.add_problem(where, f"the address `{uri}`", valid, "Put the file into the archive.")
+    if _is_address(uri):
+        package.findings.add_problem(where, f"the address `{shown_name(uri)}`", valid, "Put the file into the archive.")
         return None
+    inside = base.relative_to(package.folder).as_posix()
     for name in (uri, uri.partition("#")[0], unquote(uri.partition("#")[0])):
-        path = (base / name).resolve()
-        if name.startswith(("/", "\\")) or not path.is_relative_to(package.folder):
-            package.findings.add_problem(where, f"`{uri}`, which leaves the archive", valid)
+        if reason := path_problem(name if name.startswith(("/", "\\")) else f"{inside}/{name}"):
+            leaves = "which leaves the archive" if reason == LEAVES else f"which {reason}"
+            package.findings.add_problem(where, f"`{shown_name(uri)}`, {leaves}", valid)
             return None
-        if path.is_file():
+        path = (base / name).resolve()
+        if path.is_relative_to(package.folder) and path.is_file():
             return path
-    missing = f"the file `{uri}`, which is not there"
+    missing = f"the file `{shown_name(uri)}`, which is not there"
     package.findings.add_problem(where, missing, valid, did_you_mean(uri, package.files))
     return None
+
+
+def _is_address(uri: str) -> bool:
+    """Whether a URI leads to another machine, or to another place on this one."""
+    try:
+        parts = urlsplit(uri)
+    except ValueError:  # such as `http://[half`
+        return True
+    return len(parts.scheme) > 1 or bool(parts.netloc)

@@ -91,7 +91,7 @@ class Assembly:
             for connection in _merged(target.variable, between_units):
                 self._add(unit, target.variable, connection)
             driven = {c.index for c in between_units}
-            if None not in driven and driven != set(_indices(target.variable)):
+            if None not in driven and len(driven) < math.prod(target.shape):
                 given = [*own.get(target.variable.name, ()), *self._values_of_connectors(resolved)]
                 self._hold(unit, target.variable, given, partly=bool(between_units))
         for name in [n for n, v in unit.variables.items() if v.role == "clocks"]:
@@ -250,7 +250,7 @@ class Assembly:
 
 def _merged(variable: Variable, connections: Sequence[_UnitConnection]) -> Sequence[_UnitConnection]:
     """One connection of a whole array in place of those of all its elements, where these connect an array alike."""
-    if not variable.size or not variable.shape or {c.index for c in connections} != set(_indices(variable)):
+    if not variable.size or not variable.shape or len({c.index for c in connections} - {None}) != variable.size:
         return connections
     first = connections[0]
     for other in connections:

@@ -127,13 +127,21 @@ class ConnectionGraph:
             return own
         return index
 
-    def _splits(self, connection: SspConnection, seen: frozenset[ConnectorPath] = frozenset()) -> bool:
+    def _splits(self, connection: SspConnection) -> bool:
         """Whether the elements of a whole array come from connections of their own somewhere on the way."""
-        source = connection.source
-        if connection.source_index is not None or self._variable(source) or source in seen:
-            return False
-        before = self._by_target.get(source, [])
-        return any(c.target_index is not None or self._splits(c, seen | {source}) for c in before)
+        seen: set[ConnectorPath] = set()
+        waiting = [connection]
+        while waiting:
+            connection = waiting.pop()
+            source = connection.source
+            if connection.source_index is not None or self._variable(source) or source in seen:
+                continue
+            seen.add(source)
+            before = self._by_target.get(source, [])
+            if any(c.target_index is not None for c in before):
+                return True
+            waiting += before
+        return False
 
     def _follow(
         self, connection: SspConnection, index: ElementIndex, wanted: ElementIndex, steps: tuple[ConversionStep, ...]

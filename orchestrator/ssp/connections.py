@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias
@@ -18,6 +19,7 @@ ConnectorPath: TypeAlias = tuple[tuple[str, ...], str]
 """A connector in the whole structure: the path of its element, and its name."""
 
 _UNKNOWN: Final = ""
+_INDEX: Final = re.compile(r"0*[1-9][0-9]{0,17}")
 _ANY: Final = frozenset({ConnectorKind.INOUT, _UNKNOWN})
 _PARAMETERS: Final = frozenset({ConnectorKind.PARAMETER, ConnectorKind.STRUCTURAL_PARAMETER})
 _IN: Final = frozenset({ConnectorKind.INPUT}) | _PARAMETERS | _ANY
@@ -168,7 +170,7 @@ class _Ends:
         if text is None:
             return None
         parts = text.split()
-        if parts and all(part.isdecimal() and int(part) > 0 for part in parts):
+        if parts and all(_INDEX.fullmatch(part) for part in parts):
             return tuple(int(part) for part in parts)
         valid = "one whole number for each dimension, counted from 1"
         self.document.findings.add_problem(self.where, f"`{text}` in `{name}`", valid)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from components.interfaces.problem import choices, did_you_mean
-from fmus.reading.unpack import parse_xml, read
+from fmus.reading.unpack import read
+from fmus.reading.xml_documents import parse_xml
 from orchestrator.ssp.archive import VALID_XML, Document, conforms, read_document, resolve_uri
 from orchestrator.ssp.connections import ConnectorPath
 from orchestrator.ssp.system_elements import Component, ParameterBindings, SspSystem, SystemElement

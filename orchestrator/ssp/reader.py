@@ -18,6 +18,9 @@ from components.interfaces.problem import Problem, RequestError, choices, did_yo
 from components.interfaces.record import variables
 from components.interfaces.socket import Socket
 from components.interfaces.sockets import SOCKETS
+from fmus.toolchain.door import reading
+from fmus.toolchain.file_names import is_file_name
+from fmus.toolchain.limits import LONGEST_UNIT_NAME
 from orchestrator.scenario.driven_inputs import with_table
 from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
@@ -53,8 +56,6 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.source import UnitSource
 from orchestrator.system.system import System
 
-_LONGEST_NAME: Final = 100
-"""[byte] The longest name of a system that names the folders of its runs."""
 _LISTED_INPUTS: Final = 12
 """The inputs that a remark lists."""
 
@@ -78,7 +79,12 @@ def read(path: Path, settings: SettingsByUnit | None = None, options: Options = 
     Raises:
         RequestError: The system cannot be run as it stands; all its problems.
     """
-    findings, settings = Findings(lenient=options.lenient), settings or {}
+    with reading(str(path), VALID_SSP):
+        return _read(path, settings or {}, options)
+
+
+def _read(path: Path, settings: SettingsByUnit, options: Options) -> Scenario:
+    findings = Findings(lenient=options.lenient)
     document, root = _opened(path, findings)
     annotation = read_annotation(document)
     known = annotation or NO_ANNOTATION
@@ -194,13 +200,12 @@ def _opened(path: Path, findings: Findings) -> tuple[Document, SspSystem]:
 def _name_and_title(document: Document, path: Path, *, ours: bool) -> tuple[str, str]:
     """The name of the scenario, which becomes that of a folder, and its title."""
     name = document.root.get(Attribute.NAME, "")
-    is_file_name = name not in {"", ".."} and Path(name).name == name and len(name.encode()) <= _LONGEST_NAME
     title = document.root.find(qualified(SSD, Tag.SYSTEM)).get(Attribute.DESCRIPTION) or ("" if ours else name)
-    return name if ours and is_file_name else _plain_name(name or path.stem), title
+    return name if ours and is_file_name(name, LONGEST_UNIT_NAME) else _plain_name(name or path.stem), title
 
 
 def _plain_name(name: str) -> str:
-    plain = re.sub(r"[^\w-]+", "_", name).strip("_").encode()[:_LONGEST_NAME]
+    plain = re.sub(r"[^\w-]+", "_", name).strip("_").encode()[:LONGEST_UNIT_NAME]
     return plain.decode(errors="ignore") or "system"
 
 

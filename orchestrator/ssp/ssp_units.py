@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Final
@@ -16,6 +17,8 @@ from components.interfaces.record import Variable
 from components.interfaces.socket import describe
 from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import InterfaceType
+from fmus.toolchain.door import reading
+from fmus.toolchain.limits import LONGEST_UNIT_NAME
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import mapped
 from orchestrator.mapping.mapping_reader import read_mapping
@@ -37,6 +40,8 @@ _KINDS: Final = {
 }
 """The kinds that a connector may have, by the role of its variable; a message names the first."""
 _NOT_EXCHANGED: Final = (ConnectorKind.LOCAL, ConnectorKind.CALCULATED_PARAMETER, ConnectorKind.CONSTANT)
+_OURS: Final = re.compile(rf"[\w-]{{1,{LONGEST_UNIT_NAME}}}")
+"""The names of units in a file of this program, which become those of files."""
 _MOST_CHOICES: Final = 30
 """The most names that a message lists as valid."""
 
@@ -114,13 +119,17 @@ def open_units(
     taken: set[str] = set()
     lenient = findings.lenient or ours
 
+    places = {e.file: e.file_where for e in root.walk() if isinstance(e, Component) and e.file is not None}
+
     @cache
     def fmu(file: Path, kind: InterfaceType | None) -> Fmu:
         """A file is read once, however many components are made from it."""
-        return Fmu(file, {}, lenient, interface_type=kind)
+        return Fmu(file, {}, lenient, interface_type=kind, where=places[file])
 
     for component in (e for e in root.walk() if isinstance(e, Component)):
-        name = component.name if ours else _unused("_".join(re.sub(r"\W", "_", n) for n in component.path), taken)
+        name = component.name
+        if not (ours and _OURS.fullmatch(name)):
+            name = _unused("_".join(re.sub(r"\W", "_", n) for n in component.path)[:LONGEST_UNIT_NAME], taken)
         taken.add(name)
         kind = choice.of(name, _implementation(component, findings))
         source = _source(component, findings, partial(fmu, kind=kind), kind, lenient=lenient)
@@ -157,7 +166,7 @@ def _source(
     if component.file is None:
         return None  # the structure has a problem for it already
     if component.file.suffix == MAPPING_SUFFIX:
-        return findings.attempt(partial(_mapped, component.name, component.file, kind, lenient=lenient))
+        return findings.attempt(partial(_mapped, component, component.file, kind, lenient=lenient))
     source = fmu(component.file)
     if opened(source, component, findings) is None:
         return None
@@ -177,22 +186,36 @@ def _implementation(component: Component, findings: Findings) -> InterfaceType |
 
 def opened(source: UnitSource, component: Component, findings: Findings) -> Interface | None:
     """The interface of a component; None where the findings say, with its place in the SSP, why it has none."""
-    try:
-        return source.interface
-    except RequestError as error:
-        file = component.file or Path()
-        known = f"{component.where}, {file.name}"
-        for p in error.problems:
-            findings.add_problem(p.where.replace(str(file), known), p.found, p.valid, p.remedy)
-        return None
+    file = component.file or Path()
+    where = f"{component.where}, {file.name}"
+
+    def read() -> Interface:
+        with reading(where, "an FMU"), placed(component.file_where, where):
+            return source.interface
+
+    return findings.attempt(read)
 
 
-def _mapped(name: str, file: Path, kind: InterfaceType | None, *, lenient: bool) -> UnitSource:
+def _mapped(component: Component, file: Path, kind: InterfaceType | None, *, lenient: bool) -> UnitSource:
     """The FMU that a mapping file names, behind the socket that it names. Raises `RequestError`."""
-    mapping = read_mapping(file)
-    if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
-        raise refuse(f"{file.name}: fmu", f"`{mapping.fmu or ''}`", "the name of an FMU beside it in the archive")
-    return mapped(name, SOCKETS[mapping.socket], Fmu(mapping.fmu, {}, lenient, interface_type=kind), mapping)
+    where = f"{component.where}, {file.name}"
+    with reading(where, "a mapping file and its FMU"), placed(str(file), where):
+        mapping = read_mapping(file)
+        if mapping.fmu is None or mapping.socket is None or mapping.fmu.resolve().parent != file.parent.resolve():
+            raise refuse(f"{file.name}: fmu", f"`{mapping.fmu or ''}`", "the name of an FMU beside it in the archive")
+        name = f"{component.where}, {mapping.fmu.name}"
+        fmu = Fmu(mapping.fmu, {}, lenient, interface_type=kind, where=name)
+        return mapped(component.name, SOCKETS[mapping.socket], fmu, mapping)
+
+
+@contextmanager
+def placed(file: str, where: str) -> Generator[None]:
+    """Let refusals of a file name the component that it is used for."""
+    try:
+        yield
+    except RequestError as error:
+        problems = [replace(p, where=p.where.replace(file, where)) if file else p for p in error.problems]
+        raise RequestError(problems) from error
 
 
 def _variables(source: UnitSource) -> dict[str, UnitVariable]:

@@ -5,14 +5,15 @@ A component that is itself a package or a description is a system here, read fro
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import choices, did_you_mean
-from orchestrator.ssp.archive import VALID_PACKAGE, Document, conforms, open_package, read_document, resolve_uri
+from fmus.toolchain.file_names import path_problem, shown_name
+from fmus.toolchain.limits import DEEPEST_SYSTEMS
+from orchestrator.ssp.archive import VALID_PACKAGE, Document, conforms, digest, open_package, read_document, resolve_uri
 from orchestrator.ssp.connections import Connector, read_connection
 from orchestrator.ssp.system_elements import (
     Component,
@@ -38,8 +39,6 @@ from orchestrator.ssp.vocabulary import (
 from orchestrator.ssp.xml import Node, local_name, path_of, qualified
 
 _STANDARD_TYPES: Final = (FMU_TYPE, PACKAGE_TYPE, DEFINITION_TYPE)
-_DEEPEST: Final = 50
-"""Levels of systems in systems."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +113,7 @@ def _add_connectors_and_bindings(element: SystemElement, node: Node, context: _C
 
 def _element(node: Node, context: _Context, name: str) -> SystemElement | None:
     kind = local_name(node)
+    context.document.findings.expansion.add_element(context.document.at(node))
     if kind == Tag.SYSTEM:
         return _system(node, context, name)
     if kind == Tag.COMPONENT:
@@ -150,11 +150,10 @@ def _component(node: Node, context: _Context, name: str) -> SystemElement | None
     if kind == BLOCK_TYPE:
         component = Component(name, context.path, where, block=source)
     elif kind in {FMU_TYPE, MAPPING_TYPE}:
-        file, implementation = (
-            resolve_uri(document, source, where),
-            node.get(Attribute.IMPLEMENTATION) or ANY_IMPLEMENTATION,
-        )
-        component = Component(name, context.path, where, file=file, implementation=implementation)
+        file, package = resolve_uri(document, source, where), document.package
+        component = Component(name, context.path, where, file=file)
+        component.file_where = "" if file is None else f"{package.where}, {file.relative_to(package.folder).as_posix()}"
+        component.implementation = node.get(Attribute.IMPLEMENTATION) or ANY_IMPLEMENTATION
         hint = node.find(f".//{{*}}{Tag.STEP_SIZE_HINT}")
         component.step_size = None if hint is None else number(document, hint, Attribute.VALUE)
     else:
@@ -166,6 +165,7 @@ def _component(node: Node, context: _Context, name: str) -> SystemElement | None
 def _system_of_component(node: Node, context: _Context, kind: str, where: str) -> SspSystem | None:
     """A component that is a system of its own: another one of this file, another description, or another package."""
     document, source, name = context.document, node.get(Attribute.SOURCE, ""), node.get(Attribute.NAME, "")
+    document.findings.expansion.add_system(where)
     entered = _entered(document, source, where, context)
     if entered is None:
         return None
@@ -196,9 +196,9 @@ def _entered(document: Document, source: str, where: str, context: _Context) -> 
     file = document.path if source.startswith("#") else resolve_uri(document, source, where)
     if file is None:
         return None
-    content = hashlib.sha256(file.read_bytes()).hexdigest() if file.suffix == PACKAGE_SUFFIX else str(file)
+    content = digest(file) if file.suffix == PACKAGE_SUFFIX else str(file)
     entry = (source, content + (source if source.startswith("#") else ""))
-    if entry[1] in {identity for _, identity in context.sources} or len(context.sources) > _DEEPEST:
+    if entry[1] in {identity for _, identity in context.sources} or len(context.sources) > DEEPEST_SYSTEMS:
         chain = " -> ".join(name for name, _ in (*context.sources, entry))
         document.findings.add_problem(where, f"an SSP that includes itself: {chain}", "systems without a circle")
         return None
@@ -213,9 +213,9 @@ def _inner_description(document: Document, file: Path, source: str, kind: str) -
     package = document.findings.attempt(lambda: open_package(file, where, document.findings))
     if package is None:
         return None
-    path = package.folder / (source.partition("#")[2] or DESCRIPTION_FILE)
-    if not path.is_file():
-        document.findings.add_problem(package.where, f"no {path.name}", VALID_PACKAGE)
+    name = source.partition("#")[2] or DESCRIPTION_FILE
+    if path_problem(name) or not (path := package.folder / name).is_file():
+        document.findings.add_problem(package.where, f"no {shown_name(name)}", VALID_PACKAGE)
         return None
     return read_document(package, path)
 

@@ -61,12 +61,14 @@ class Component(SystemElement):
 
     Attributes:
         file: The FMU or the mapping file; None for a block, and for a file that is missing.
+        file_where: That file in the SSP, as messages name it.
         block: The source of a block; empty for a file.
         implementation: The FMI type that the SSP asks for.
         step_size: The step [s] that the annotation of OSP suggests.
     """
 
     file: Path | None = None
+    file_where: str = ""
     block: str = ""
     implementation: str = ANY_IMPLEMENTATION
     step_size: float | None = None

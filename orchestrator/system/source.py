@@ -13,9 +13,11 @@ from typing_extensions import override
 
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem
+from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
 from fmus.export.own_builds import is_own_build
 from fmus.reading.archive import Archive, InterfaceType
+from fmus.reading.library import compile_beforehand
 from fmus.reading.observation import observable, observing
 from fmus.reading.opening import open_fmu
 from fmus.toolchain.limits import PATIENCE
@@ -82,6 +84,7 @@ class Fmu(UnitSource):
         in_process: Whether it runs in this process whoever has built it.
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
         known: The content of the file, where it has been read before and is still valid.
+        where: The file, as messages name it, for one that was taken from an SSP; its path, if not given.
     """
 
     path: Path
@@ -92,12 +95,17 @@ class Fmu(UnitSource):
     in_process: bool = False
     known: Archive | None = field(default=None, repr=False, compare=False)
     interface_type: InterfaceType | None = None
+    where: str = field(default="", compare=False)
 
     @cached_property
     def archive(self) -> Archive:
         """The content of the file, read and checked. Raises `RequestError`."""
         return self.known or open_fmu(
-            Path(self.path), self.parameters, lenient=self.lenient, interface_type=self.interface_type
+            Path(self.path),
+            self.parameters,
+            lenient=self.lenient,
+            interface_type=self.interface_type,
+            where=self.where,
         )
 
     @property
@@ -129,6 +137,10 @@ class Fmu(UnitSource):
         if self.isolated is not None or self.in_process or self.is_own:
             return self.isolated
         return PATIENCE
+
+    @override
+    def make_ready(self, progress: Progress) -> None:
+        compile_beforehand(self.archive, progress)
 
     @override
     def kept(self) -> Self:

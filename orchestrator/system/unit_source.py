@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from components.interfaces.problem import Problem
+from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.unit import Unit
@@ -44,6 +45,9 @@ class UnitSource(ABC):
     @abstractmethod
     def foreign_problem(self, unit: str) -> Problem | None:
         """The problem that keeps other tools from running the unit; `None` where they can."""
+
+    def make_ready(self, progress: Progress) -> None:  # noqa: B027 - only files have something to do
+        """Do what takes long before any unit is opened, and tell it before: compile sources. Raises `RequestError`."""
 
     def kept(self) -> UnitSource:
         """The same source, whose units may be reset and used again instead of being opened for each run."""

@@ -16,7 +16,8 @@ from typing import Any, Final
 
 from components.interfaces.problem import RequestError
 from fmus.reading.archive import Archive
-from fmus.reading.unpack import parse_xml, read_file
+from fmus.reading.unpack import read_file
+from fmus.reading.xml_documents import parse_xml
 from orchestrator.exchange.passport.bench import Bench, MeasurementError
 from orchestrator.exchange.passport.experiment_run import Experiment, TimeSeries, drive_experiment, worst_deviation
 from orchestrator.exchange.passport.passport_line import Line, Measured, Topic

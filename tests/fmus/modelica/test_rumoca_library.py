@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import builtins
+import sys
 
 import pytest
 
@@ -40,14 +40,7 @@ def test_what_rumoca_refuses_is_passed_on(written):
 
 def test_without_rumoca_it_says_what_to_install(written, monkeypatch):
     path = written("block M\nend M;\n")
-    importing = builtins.__import__
-
-    def without(name, *arguments, **named):
-        if name == "rumoca":
-            raise ImportError(name)
-        return importing(name, *arguments, **named)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "rumoca", None)
     assert refusal(path) == (
         f"{path}: found a Modelica file, and no rumoca to read it; valid: rumoca. Install macrostep[modelica]."
     )

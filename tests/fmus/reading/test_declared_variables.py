@@ -317,7 +317,7 @@ def test_a_lenient_reader_names_the_value_that_nobody_can_read(tmp_path, kind, a
     with pytest.raises(RequestError) as error:
         open_fmu(pack(tmp_path / "m.fmu", Version.FMI2, text, None), lenient=True)
     assert str(error.value).replace(f"{tmp_path}/", "") == (
-        f"m.fmu, modelDescription.xml: found a variable that cannot be understood (`p` with the {told});"
+        f"m.fmu, modelDescription.xml, line 7: found a variable that cannot be understood (`p` with the {told});"
         " valid: what FMI allows"
     )
 

@@ -221,10 +221,10 @@ def test_a_parameter_that_is_constant_is_refused_and_left_alone_by_a_lenient_rea
     assert [v.variable.name for v in declared] == ["y"]
 
 
-def test_what_python_raises_on_a_broken_description_is_no_part_of_a_message():
+def test_what_python_raises_on_a_broken_description_is_told():
     assert refused(GOOD2.replace('valueReference="1"', 'valueReference="x"'), lenient=True) == [
-        "m.fmu, modelDescription.xml: found a description that cannot be understood; valid: what FMI allows."
-        " Open it without --lenient, to see the rules that it breaks."
+        "m.fmu, modelDescription.xml: found a description that cannot be understood (ValueError: invalid literal for"
+        " int() with base 10: 'x'); valid: what FMI allows. Open it without --lenient, to see the rules that it breaks."
     ]
 
 

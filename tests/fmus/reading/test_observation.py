@@ -74,4 +74,4 @@ def test_a_variable_that_cannot_be_understood_is_refused_when_it_is_asked_for(tm
     with pytest.raises(RequestError) as error:
         observing(archive, ["v"], {})
     found = "found a variable that cannot be understood (`v` with the start value `one`); valid: what FMI allows"
-    assert str(error.value) == f"{archive.path}, modelDescription.xml: {found}"
+    assert str(error.value) == f"{archive.path}, modelDescription.xml, line 7: {found}"

@@ -511,8 +511,8 @@ def test_arrays_that_would_fill_the_memory_are_refused(folder, tmp_path):
     y = '<Float64 name="y" valueReference="101" causality="output"'
     text = TEXT[3].replace(f"{y}/>", f'{y}><Dimension start="4000000000"/></Float64>')
     assert refusal(changed(folder / "good3.fmu", tmp_path, 3, text)) == (
-        "m.fmu, modelDescription.xml: found a variable that cannot be understood (`y` with 4000000000 elements,"
-        " more than 10000000); valid: what FMI allows"
+        "m.fmu, modelDescription.xml, line 7: found a variable that cannot be understood (`y` with 4000000000"
+        " elements, more than 10000000); valid: what FMI allows"
     )
 
 

@@ -7,8 +7,8 @@ import zipfile
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus.reading import unpack
-from fmus.reading.unpack import parse_xml
+from fmus.reading import unpack, xml_documents
+from fmus.reading.xml_documents import parse_xml
 
 VALID = "an archive"
 
@@ -176,7 +176,7 @@ def test_documents_that_are_nested_too_deeply_are_refused(depth, text):
 
 
 def test_documents_beyond_all_reason_are_refused(monkeypatch):
-    monkeypatch.setattr(unpack, "LARGEST_XML", 2**20)
+    monkeypatch.setattr(xml_documents, "LARGEST_XML", 2**20)
     assert xml_refusal(b" " * (3 * 2**20)) == "a.xml: found 3 MiB of XML; valid: at most 1 MiB of XML in one file"
 
 

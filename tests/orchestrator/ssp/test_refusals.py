@@ -480,8 +480,8 @@ def test_lengths_of_arrays_that_cannot_be_are_told_with_the_component(tmp_path):
     path = write(tmp_path / "theirs.ssp", whole, {"resources/vectors.fmu": vectors(tmp_path / "vectors.fmu")})
     many = {"a": [Setting("a", "n=1000000000000")], "b": [Setting("b", "k=1")]}
     assert refusal(path, settings=many) == [
-        "line 5: component `a`, vectors.fmu, modelDescription.xml: found a variable that cannot be understood (`w` with"
-        " 1000000000000 elements, more than 10000000); valid: what FMI allows",
+        "line 5: component `a`, vectors.fmu, modelDescription.xml, line 9: found a variable that cannot be understood"
+        " (`w` with 1000000000000 elements, more than 10000000); valid: what FMI allows",
         "--set b.k: found the unknown unit `b`; valid: a",
     ]
 
