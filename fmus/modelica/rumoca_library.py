@@ -64,7 +64,9 @@ def compiled_model(path: Path, model: str | None, library: Path) -> CompiledMode
     answer = _answer(path, request)
     if "report" not in answer:
         names: dict[str, str] = {path.name: str(path), str(path.absolute()): str(path)}
-        sources: list[tuple[int, str, str]] = [(n, names.get(name, name), text) for n, name, text in answer["sources"]]
+        sources: list[tuple[int, str, str]] = [
+            (n, names.get(str(name), str(name)), text) for n, name, text in answer["sources"]
+        ]
         return CompiledModel(answer["name"], answer["flat"], sources)
     report = answer["report"].replace(path.name, str(path)) if not whole else answer["report"]
     if answer["syntax"]:

@@ -219,10 +219,11 @@ def _first(breaches: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:
 def _unnamed(root: Any) -> Iterator[tuple[int, str]]:
     """Variables without a name or reference, or with a name that another one has, with their lines."""
     variables = [element for element in root.iterfind("ModelVariables/*") if isinstance(element.tag, str)]
-    for attribute in ("name", "valueReference"):
-        yield from ((e.sourceline, f"a variable without `{attribute}`") for e in variables if e.get(attribute) is None)
+    aliases = root.findall("ModelVariables/*/Alias")
+    for attribute, elements in (("name", [*variables, *aliases]), ("valueReference", variables)):
+        yield from ((e.sourceline, f"a variable without `{attribute}`") for e in elements if e.get(attribute) is None)
     seen: set[str] = set()
-    for element in (*variables, *root.iterfind("ModelVariables/*/Alias")):
+    for element in (*variables, *aliases):
         name = element.get("name")
         if name is not None and name in seen:
             yield element.sourceline, f"two variables with the name `{name}`"

@@ -9,12 +9,12 @@ import tempfile
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import Any, Final
 
 from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
 from fmus.toolchain.archives import unwritable
@@ -78,12 +78,22 @@ def unpack(path: Path, folder: Path, where: str, valid: str) -> tuple[str, ...]:
     with _opened(path, folder, where, valid) as archive:
         for entry in archive.infolist():
             target = folder / _name(entry)
-            with archive.open(entry) as source:
-                _write(source, target, is_folder=_is_folder(entry))
+            _write(_parts(archive, entry), target, is_folder=_is_folder(entry))
         return _remarks(archive.infolist())
 
 
-def _write(source: IO[bytes], target: Path, *, is_folder: bool) -> None:
+def _parts(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Iterator[bytes]:
+    """The content of an entry, piece by piece. Raises what Python does where it is damaged."""
+    size = 0
+    with archive.open(entry) as file:
+        while part := file.read(_CHUNK):
+            size += len(part)
+            yield part
+    if size != entry.file_size:
+        raise zipfile.BadZipFile(f"{shown_name(entry.filename)} has {size} bytes and says {entry.file_size}")
+
+
+def _write(source: Iterable[bytes], target: Path, *, is_folder: bool) -> None:
     """Write what is read to a file, which is new, or make a folder."""
     try:
         (target if is_folder else target.parent).mkdir(parents=True, exist_ok=True)
@@ -93,7 +103,7 @@ def _write(source: IO[bytes], target: Path, *, is_folder: bool) -> None:
     if file is None:
         return
     with file:
-        while part := source.read(_CHUNK):
+        for part in source:
             try:
                 file.write(part)
             except OSError as error:
@@ -118,7 +128,7 @@ def read(path: Path, names: Collection[str], where: str, valid: str) -> ArchiveC
         contents: dict[str, bytes] = {}
         for name, entry in entries.items():  # each file is read once, and an entry to its end is checked for damage
             if name in names:
-                contents[name] = archive.read(entry)
+                contents[name] = b"".join(_parts(archive, entry))
             else:
                 _check(archive, entry, where, valid)
         return ArchiveContent(frozenset(entries), contents, _remarks(archive.infolist()))
@@ -126,9 +136,8 @@ def read(path: Path, names: Collection[str], where: str, valid: str) -> ArchiveC
 
 def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, where: str, valid: str) -> None:
     try:
-        with archive.open(entry) as file:
-            while file.read(_CHUNK):
-                pass
+        for _ in _parts(archive, entry):
+            pass
     except _DAMAGE as error:
         found = f"a corrupt archive ({shown_name(entry.filename)} is damaged)"
         raise refuse(where, found, valid, _REPACK) from error
@@ -140,7 +149,7 @@ def read_file(path: Path, name: str) -> bytes:
     with reading(where, "the file as it was before", _REPACK), zipfile.ZipFile(path) as archive:
         entry = next(entry for entry in archive.infolist() if _name(entry) == name)
         raise_if_any(_memory_problems([entry], str(path), "a file of its usual size"))
-        return archive.read(entry)
+        return b"".join(_parts(archive, entry))
 
 
 @contextmanager

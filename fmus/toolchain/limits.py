@@ -78,7 +78,7 @@ COMPILING_TIME: Final = 120.0
 """[s] The time that the compilation of the sources of an FMU may take."""
 COMPILING_MEMORY: Final = 4 * 2**30
 """[byte] The memory of each process of the compiler."""
-COMPILING_OUTPUT: Final = 2**30
+COMPILING_OUTPUT: Final = 256 * 2**20
 """[byte] The largest file that the compiler may write."""
 FLATTENING_TIME: Final = 120.0
 """[s] The time in which rumoca has to flatten a Modelica model."""

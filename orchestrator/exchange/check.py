@@ -13,6 +13,7 @@ from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
 from fmus.reading.archive import Archive
 from fmus.reading.observation import observable, observing
+from fmus.toolchain.door import reading
 from fmus.unit_interface import Interface
 from orchestrator.exchange.fmu_in_words import described, rule_breaches
 from orchestrator.exchange.trial import Trial, try_first_step
@@ -69,15 +70,16 @@ def check(
     if out is not None and out.exists():
         raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
     try:
-        if path.suffix == ".ssp":
-            return _ssp(path)
-        mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
-        where = path if mapping is None else mapping.fmu
-        if where is None:
-            raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
-        archive, broken = opened(where)
-        tried = None if static else try_first_step(where, progress, lenient=bool(broken))
-        return _fmu(path, _Found(where, archive, broken, tried), mapping, socket, out)
+        with reading(str(path), "a file that can be checked"):
+            if path.suffix == ".ssp":
+                return _ssp(path)
+            mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
+            where = path if mapping is None else mapping.fmu
+            if where is None:
+                raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
+            archive, broken = opened(where)
+            tried = None if static else try_first_step(where, progress, lenient=bool(broken))
+            return _fmu(path, _Found(where, archive, broken, tried), mapping, socket, out)
     except RequestError as error:
         return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
 

@@ -1,14 +1,14 @@
-"""Archives and XML that are broken, or meant to do harm, are refused before anything of them is used."""
+"""Archives that are broken, or meant to do harm, are refused before anything of them is used."""
 
 from __future__ import annotations
 
+import os
 import zipfile
 
 import pytest
 
 from components.interfaces.problem import RequestError
-from fmus.reading import unpack, xml_documents
-from fmus.reading.xml_documents import parse_xml
+from fmus.reading import unpack
 
 VALID = "an archive"
 
@@ -148,61 +148,79 @@ def test_zip_bombs_are_refused(tmp_path, monkeypatch):
     assert refusal(path, tmp_path / "o") == "b.zip: found 2 entries; valid: at most 1"
 
 
-def xml_refusal(content):
+def test_a_file_that_is_read_into_memory_is_no_bomb_either(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.xml": bytes(5 * 2**20), "b.bin": bytes(5 * 2**20)})
     with pytest.raises(RequestError) as error:
-        parse_xml(content, "a.xml", "XML")
-    return str(error.value)
-
-
-def test_xml_that_is_not_well_formed_is_refused_with_its_line():
-    assert parse_xml(b"<a><b/></a>", "a.xml", "XML").tag == "a"
-    assert xml_refusal(b"<a>\n<b>\n</a>") == (
-        "a.xml, line 3: found XML that is not well-formed (Opening and ending tag mismatch: b line 2 and a); valid: XML"
-    )
-    assert xml_refusal(b"") == "a.xml, line 1: found XML that is not well-formed (Document is empty); valid: XML"
-
-
-@pytest.mark.parametrize("content", [b'<a b="%s"/>' % (b"x" * 11_000_000), b"<a>%s</a>" % (b"x" * 11_000_000)])
-def test_attributes_and_texts_may_be_long(content):
-    assert parse_xml(content, "a.xml", "XML").tag == "a"
-
-
-@pytest.mark.parametrize("depth", [257, 3000])
-@pytest.mark.parametrize("text", [b"", b"x" * 11_000_000])
-def test_documents_that_are_nested_too_deeply_are_refused(depth, text):
-    assert xml_refusal(text.join((b"<a>" * depth, b"</a>" * depth))) == (
-        "a.xml: found more than 256 elements inside each other; valid: XML"
-    )
-
-
-def test_documents_beyond_all_reason_are_refused(monkeypatch):
-    monkeypatch.setattr(xml_documents, "LARGEST_XML", 2**20)
-    assert xml_refusal(b" " * (3 * 2**20)) == "a.xml: found 3 MiB of XML; valid: at most 1 MiB of XML in one file"
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
-def test_a_long_document_may_not_declare_entities_either(encoding):
-    text = f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a b="{"x" * 11_000_000}" c="&l9;"/>'
-    assert xml_refusal(text.encode(encoding)) == (
-        "a.xml: found a document type declaration (DTD), whose entities could expand without end; valid: XML"
-    )
-
-
-LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(12))
+        unpack.read(path, {"a.xml"}, "a.zip", VALID)
+    assert str(error.value).startswith("a.zip: found a zip bomb (a.xml: 5 MiB out of 0.00")
+    assert unpack.read(path, {"x"}, "a.zip", VALID).names == {"a.xml", "b.bin"}
+    with pytest.raises(RequestError, match="a zip bomb"):
+        unpack.read_file(path, "a.xml")
 
 
 @pytest.mark.parametrize(
-    "content",
+    ("entries", "found"),
     [
-        f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a b="&l12;">&l12;</a>',
-        f'<!DOCTYPE a [<!ENTITY l0 "ha">{LAUGHS}]><a>&l12;</a>',
-        '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>',
-        '<!DOCTYPE a SYSTEM "http://localhost:1/a.dtd"><a/>',
+        (["a.txt", "a.txt/b"], "a file that is a folder, too, a.txt"),
+        (["a.txt", "./a.txt"], "two entries of one name with different bytes, ./a.txt"),
+        (["a/b", "a//b"], "two entries of one name with different bytes, a//b"),
+        (["a\\b", "a/b"], "two entries of one name with different bytes, a/b"),
+        (["x" * 300], f"an entry that has a part of more than 255 bytes, {'x' * 80}... (300 characters)"),
+        (
+            ["d/" * 100 + "x"],
+            f"an entry that has more than 64 folders inside each other, {'d/' * 40}... (201 characters)",
+        ),
+        (["a\nb"], "an entry that has control characters, a\nb"),
     ],
 )
-def test_document_type_declarations_are_refused(content):
-    assert xml_refusal(content.encode()) == (
-        "a.xml: found a document type declaration (DTD), whose entities could expand without end; valid: XML"
+def test_names_that_cannot_be_files_here_are_refused(tmp_path, entries, found):
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        for number, name in enumerate(entries):
+            made.writestr(name, str(number))
+    assert refusal(path, tmp_path / "o") == f"a.zip: found {found}; valid: an archive" + (
+        ". Pack it again." if "a file" in found or "two" in found else ""
+    )
+    assert list((tmp_path / "o").iterdir()) == []
+
+
+def test_names_that_are_no_utf8_are_told(tmp_path):
+    path = archive(tmp_path / "a.zip", {"é.txt": "1"})
+    path.write_bytes(path.read_bytes().replace("é".encode(), b"\xff\xfe"))
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found an entry whose name is not in UTF-8 as it says (b'\\xff\\xfe.txt'); valid: an archive."
+        " Pack it again with another tool."
+    )
+
+
+def test_damage_is_told_whatever_the_method_is(tmp_path):
+    for method in (zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA):
+        path = archive(tmp_path / "a.zip", {"a.txt": bytes(range(256)) * 40}, method)
+        broken = bytearray(path.read_bytes())
+        broken[60:200] = b"\xff" * 140
+        path.write_bytes(bytes(broken))
+        assert "a.zip: found a corrupt archive (" in refusal(path, tmp_path / "o")
+
+
+def test_a_method_that_python_does_not_know_is_told(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "1"})
+    content = bytearray(path.read_bytes())
+    for signature, at in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
+        content[content.index(signature) + at] = 93
+    path.write_bytes(bytes(content))
+    assert refusal(path, tmp_path / "o") == (
+        "a.zip: found an entry packed by the method 93, a.txt; valid: an archive."
+        " Pack it again with the method `deflate`."
+    )
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="everything can be written to by root")
+def test_a_folder_that_cannot_be_written_to_is_told(tmp_path):
+    path = archive(tmp_path / "a.zip", {"a.txt": "1"})
+    (tmp_path / "o").mkdir(mode=0o500)
+    assert refusal(path, tmp_path / "o") == (
+        f"{tmp_path / 'o'}: found a folder that cannot be written to (Permission denied); valid: a writable folder."
+        " Name another one."
     )
 
 

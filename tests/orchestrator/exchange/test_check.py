@@ -1,4 +1,7 @@
-"""`macrostep check`: what a file is, which socket it fits, what is missing, and a template for the rest."""
+"""`macrostep check`: what a file is, which socket it fits, what is missing, and a template for the rest.
+
+Shows `check.py` and `fmu_in_words.py`.
+"""
 
 from __future__ import annotations
 
