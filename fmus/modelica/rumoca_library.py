@@ -20,9 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import RequestError, refuse
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError, death_in_words
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, death_in_words
+from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.door import reading
 from fmus.toolchain.limits import FLATTENING_TIME, LARGEST_MODELICA
+from fmus.toolchain.typed_messages import UnreadableMessageError
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ def _answer(path: Path, request: Mapping[str, Any]) -> Any:
     """What the process of rumoca answers. Raises `RequestError` where it does not."""
     valid = "a Modelica model that rumoca can flatten"
     with Path(os.devnull).open("wb") as nowhere:  # what it prints when it dies
-        child = ChildProcess("fmus.modelica.rumoca_process", errors=nowhere)
+        child = ChildProcess("fmus.modelica.rumoca_process", str, errors=nowhere)
     try:
         answer = child.ask(json.dumps(request), FLATTENING_TIME)
     except ChildSilentError as error:
@@ -102,6 +104,8 @@ def _answer(path: Path, request: Mapping[str, Any]) -> Any:
     except ChildDiedError as error:
         found = f"a model with which rumoca ends ({death_in_words(error.death)})"
         raise refuse(str(path), found, valid, "Write it in a simpler way.") from error
+    except UnreadableMessageError as error:
+        raise refuse(str(path), f"a model of which rumoca makes no text ({error})", valid) from error
     finally:
         child.kill()
         child.close()

@@ -10,12 +10,12 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 from contextlib import suppress
 from typing import Any
 
 from fmus.toolchain.child_process import ParentProcess
 from fmus.toolchain.limits import FLATTENING_MEMORY
+from fmus.toolchain.scratch import scratch_folder
 
 
 def main() -> None:
@@ -23,7 +23,7 @@ def main() -> None:
     parent = ParentProcess()
     parent.end_with_parent()
     _limit_memory()
-    with tempfile.TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True) as folder:
+    with scratch_folder("modelica") as folder:
         os.chdir(folder)  # rumoca reads all Modelica files beside the one that it is given
         with suppress(EOFError):
             while True:

@@ -10,8 +10,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import IO, Final
+
+from fmus.toolchain.scratch import scratch_folder
 
 _KEPT: Final = 2**16
 """[byte] What is kept of what a command says."""
@@ -61,7 +62,7 @@ def run_limited(
         limits: What it may take.
         environment: Variables that differ from those of this process.
     """
-    with TemporaryDirectory(prefix="macrostep_", ignore_cleanup_errors=True) as temporary:
+    with scratch_folder("command") as temporary:
         own = {**os.environ, **(environment or {}), "TMPDIR": temporary}
         place = Path(temporary) / "said"
         with place.open("wb") as errors:
