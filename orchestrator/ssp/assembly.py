@@ -192,10 +192,8 @@ class Assembly:
         for connection in resolved:
             if connection.unit is not None and connection.output is not None:
                 output = f"{connection.unit.name}.{connection.output.variable.name}"
-                found, valid = (
-                    f"`{output}` for the parameter `{parameter}`",
-                    "a value that is known before anything runs",
-                )
+                found = f"`{output}` for the parameter `{parameter}`"
+                valid = "a value that is known before anything runs"
                 self.findings.add_problem(connection.steps[-1].where, found, valid)
 
     def _value(

@@ -45,3 +45,20 @@ def test_common_spellings(unit, expected):
 )
 def test_what_nobody_knows_is_no_unit(unit):
     assert base_unit(unit) is None
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        *("t9999999", "t-9999999", "t^9999999", "t**9999999", "m.t999", "(t)9999999", "(t 2)9999999", "9999999999.t"),
+        *("m" * 101, "(km99)" * 10, "((((((((((m", "t\u0669\u0669\u0669"),
+    ],
+)
+def test_units_with_which_one_could_compute_for_ever_are_none(unit):
+    assert base_unit(unit) is None
+
+
+def test_exponents_of_two_digits_are_read():
+    found = base_unit("m99")
+    assert found is not None
+    assert found.exponents["m"] == 99

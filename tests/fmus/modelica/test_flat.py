@@ -151,3 +151,8 @@ def test_a_partial_model_is_refused():
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     assert refusal(tmp_path / "none.mo") == f"{tmp_path / 'none.mo'}: found no such file; valid: a Modelica file (.mo)"
+
+
+def test_a_model_with_more_unknowns_than_can_be_solved_is_refused(written):
+    path = written("block M\n  output Real y[20000];\nequation\n  y = ones(20000);\nend M;\n")
+    assert refusal(path) == f"{path}: found 20000 unknowns or equations; valid: at most 10000. Split the model."
