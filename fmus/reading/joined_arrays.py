@@ -20,7 +20,7 @@ from fmus.toolchain.limits import MOST_DIMENSIONS
 if TYPE_CHECKING:
     from fmus.reading.declared_variables import DeclaredVariable
 
-_INDEX: Final = re.compile(r"[0-9]{1,9}(?:,\s{0,9}[0-9]{1,9}){0,31}")
+_INDEX: Final = re.compile(r"[0-9]{1,18}(?:,\s{0,9}[0-9]{1,18}){0,31}")
 """What stands in brackets behind the name of an array."""
 
 

@@ -42,3 +42,9 @@ def test_only_input_clocks_are_made_to_tick(variability):
     other = declared(causality="output", intervalVariability=variability)
     assert not other.is_time_based
     assert not other.is_triggered_input
+
+
+@pytest.mark.parametrize("interval", ["0,1", "low", "-1", "INF", "NaN", "1e999", ""])
+def test_times_that_are_none_are_no_clock(interval):
+    with pytest.raises(ValueError, match=r"could not convert|an interval of"):
+        declared(causality="input", intervalVariability="constant", intervalDecimal=interval)

@@ -19,6 +19,7 @@ from fmpy import simulate_fmu
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import Variable
+from fmus.reading import description, opening
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.description import read_description
 from fmus.reading.needed_functions import all_functions, needed_functions
@@ -531,3 +532,46 @@ def test_lenient_readers_run_what_breaks_a_rule(good, tmp_path, version):
     source = Fmu(path, lenient=True)
     assert len(simulate(System({"m": source}, {}), h=0.1, until=0.1)) == 2
     assert "attribute 'maker'" in source.archive.remarks[0]
+
+
+@pytest.mark.parametrize("attribute", ["startTime", "stopTime", "stepSize", "tolerance"])
+@pytest.mark.parametrize("value", ["low", "1+0", "²", "INF", "1e999"])
+def test_times_of_an_experiment_are_numbers(tmp_path, attribute, value):
+    text = description2(
+        [scalar("y", 1, "output")], ['<Unknown index="1"/>'], before=f'<DefaultExperiment {attribute}="{value}"/>'
+    )
+    path = pack(tmp_path / "m.fmu", Version.FMI2, text, None)
+    with pytest.raises(RequestError) as error:
+        open_fmu(path, lenient=True)
+    assert str(error.value).startswith(f"{path}, modelDescription.xml, line 4: found something that cannot be read (")
+    assert str(error.value).endswith("; valid: times in seconds, as numbers")
+
+
+def test_a_clock_that_is_none_is_refused_with_its_line(tmp_path):
+    clock = (
+        '<Clock name="c" valueReference="1" causality="input" intervalVariability="constant" intervalDecimal="0,1"/>'
+    )
+    path = pack(tmp_path / "m.fmu", Version.FMI3, description3([clock]), None)
+    with pytest.raises(RequestError) as error:
+        open_fmu(path, lenient=True)
+    assert str(error.value) == (
+        f"{path}, modelDescription.xml, line 7: found a wrong clock (ValueError: could not convert string to"
+        " float: '0,1');"
+        " valid: a clock as FMI 3.0 allows it"
+    )
+
+
+def test_outputs_and_inputs_whose_pairs_would_fill_the_memory_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(opening, "LARGEST_FEEDTHROUGH", 5)
+    names = [(f"{kind[0]}{k}", kind) for kind in ("input", "output") for k in range(3)]
+    text = description2([scalar(n, k, kind, of_start="0") for k, (n, kind) in enumerate(names)])
+    path = pack(tmp_path / "m.fmu", Version.FMI2, text.replace('start="0"', ""), None)
+    with pytest.raises(RequestError, match="3 outputs and 3 inputs, which are 9 pairs; valid: at most 5 pairs"):
+        open_fmu(path, lenient=True)
+
+
+def test_very_many_variables_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(description, "MOST_VARIABLES", 1)
+    path = pack(tmp_path / "m.fmu", Version.FMI2, description2([scalar(n, 1, "input") for n in "ab"]), None)
+    with pytest.raises(RequestError, match="found 2 variables; valid: at most 1. Export a smaller part of the model."):
+        open_fmu(path)
