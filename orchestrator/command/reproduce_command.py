@@ -34,9 +34,8 @@ def reproduce(
         with working() as progress:
             report = reproduction.reproduce(listed, claimed.path, progress, driven)
         for verdict in report.verdicts:
-            out.print(
-                f"[bold]{verdict.claim}[/bold] {verdict.words}: [bold]{verdict.status}[/bold] {verdict.condition}"
-            )
+            parts = (verdict.claim, "bold"), f" {verdict.words}: ", (verdict.status, "bold"), f" {verdict.condition}"
+            out.print(Text.assemble(*parts))
         out.print(f"{claimed.named}/  report.html  report.md  report.json  runs/  figures/")
 
 

@@ -7,13 +7,16 @@ and without one, whatever Rerun and a viewer do. The recording process gets read
 from __future__ import annotations
 
 import contextlib
+import shutil
 import tempfile
 import threading
+import time
 from collections.abc import Mapping
+from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Final, Self
 
-from fmus.toolchain.child_death import ChildDiedError
+from fmus.toolchain.child_death import ChildDiedError, Death
 from fmus.toolchain.child_process import ChildProcess
 from orchestrator.recording.messages import NewRows, RecordingRequest, send
 
@@ -31,6 +34,10 @@ _OPEN_WITHIN: Final = 60.0
 """[s] The time after which the run begins although nothing is open yet."""
 _WRITES_WITHIN, _WRITES_A_TICK_WITHIN = 60.0, 0.002
 """[s] The time for writing after the last row, and more for each tick, before the process is assumed to hang."""
+LEAST_ROOM: Final = 2**20
+"""[byte] With less on the disk, a recording that does not grow has no room."""
+_LOOKS_EVERY, _ROOM_WITHIN = 0.5, 5.0
+"""[s] When it is looked whether there is room, and the time after which a recording without it never grows."""
 _CUT_SHORT_WITHIN: Final = 10.0
 """[s] The time for writing where the run was cut short."""
 
@@ -48,6 +55,7 @@ class RecordingProcess:
         self._open, self._wake = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
         self._log: RowLog | None = None
+        self._sink: Path | str = ""
         self._failed = ""
 
     def __enter__(self) -> Self:
@@ -68,7 +76,7 @@ class RecordingProcess:
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Record a simulation from now on, until `end`; returns at once."""
-        self._log = simulation.log
+        self._log, self._sink = simulation.log, request.sink
         self._thread = threading.Thread(target=self._feed, args=(request, simulation), daemon=True)
         self._thread.start()
 
@@ -100,11 +108,11 @@ class RecordingProcess:
         if timeout is None:
             timeout = _WRITES_WITHIN + _WRITES_A_TICK_WITHIN * self._log.kept
         try:
-            death = self._child.death(timeout)
+            death, why = self._awaited(timeout)
             if death is None:
                 self._child.kill()
                 self._child.death()
-                return f"not finished within {timeout:g} s"
+                return why
         finally:
             self._thread.join(1)
         if not death.code:
@@ -112,6 +120,18 @@ class RecordingProcess:
         self._said.seek(0)
         lines = self._said.read().decode(errors="replace").strip().splitlines()
         return lines[-1] if lines else f"exit code {death.code}"
+
+    def _awaited(self, timeout: float) -> tuple[Death | None, str]:
+        """Wait for the end of the process; what it waits for itself where that does not come."""
+        deadline, roomy = time.monotonic() + timeout, time.monotonic()
+        while (left := deadline - time.monotonic()) > 0:
+            if (death := self._child.death(min(_LOOKS_EVERY, left))) is not None:
+                return death, ""
+            if _has_room(self._sink):
+                roomy = time.monotonic()
+            elif time.monotonic() - roomy > _ROOM_WITHIN:  # Rerun waits for ever
+                return None, "there is no room on the disk"
+        return self._child.death(0), f"not finished within {timeout:g} s"
 
     def _feed(self, request: RecordingRequest, simulation: Simulation) -> None:
         try:
@@ -144,6 +164,14 @@ class RecordingProcess:
             rows = simulation.log.batches(begin, end, simulation.step_times)
             send(stream, NewRows(rows, about or None if end == last else None))
         return last
+
+
+def _has_room(sink: Path | str) -> bool:
+    """Whether a file can grow."""
+    try:
+        return isinstance(sink, str) or shutil.disk_usage(sink.parent).free > LEAST_ROOM
+    except OSError:  # it has been moved with its folder
+        return True
 
 
 def recorded_by_process(request: RecordingRequest, simulation: Simulation, about: Mapping[str, str]) -> str:

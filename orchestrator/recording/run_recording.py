@@ -6,18 +6,15 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from orchestrator.recording.messages import Recorder, RecordingRequest
-from orchestrator.recording.process import RecordingProcess, recorded_by_process
+from orchestrator.recording.process import LEAST_ROOM, RecordingProcess, recorded_by_process
 from orchestrator.results.live_folder import LiveFolder
 from orchestrator.results.run_folder import RECORDING
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     from orchestrator.stepping.master import Simulation
-
-_ROOM: Final = 2**20
-"""[byte] With less on the disk a recording is not tried once more."""
 
 
 class RunRecording:
@@ -65,7 +62,7 @@ class RunRecording:
 
     def _again(self, file: Path) -> str:
         """Record the run once more; return what went wrong, in a line, or nothing."""
-        if shutil.disk_usage(file.parent).free < _ROOM:
+        if shutil.disk_usage(file.parent).free < LEAST_ROOM:
             return "there is no room on the disk"
         again = replace(self._request, folder=file.parent, sink=file)
         return recorded_by_process(again, self._simulation, self._about)

@@ -18,7 +18,7 @@ from typing import Final, Self
 from filelock import FileLock, Timeout
 
 from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
-from orchestrator.results.manifest import MANIFEST, Contents, present, read_manifest, remove, write_manifest
+from orchestrator.results.manifest import MANIFEST, Contents, present, read_manifest, reason, remove, write_manifest
 
 LOCK: Final = ".lock"
 """Locked while the folder is written; it holds the number of the process."""
@@ -125,7 +125,7 @@ def claim(name: str, out: Path | None, contents: Contents, here: Path | None = N
         (here / out).mkdir(parents=True, exist_ok=True)
         return _claimed(out, contents, here)
     except OSError as error:
-        where, found = str(out or "runs"), f"a folder that cannot be written to ({error.strerror or error})"
+        where, found = str(out or "runs"), f"a folder that cannot be written to ({reason(error)})"
         if isinstance(error, FileExistsError):
             found = "a file" if out is not None and (here / out).is_file() else "a link that leads nowhere"
         raise refuse(where, found, _valid(contents), "Choose another folder with --out.") from error

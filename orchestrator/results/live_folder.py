@@ -10,21 +10,20 @@ from typing import Any, Final
 
 from fmus.toolchain.archives import unwritable
 from orchestrator.results.claimed_folder import ClaimedFolder
-from orchestrator.results.manifest import remove
+from orchestrator.results.manifest import reason, remove
 from orchestrator.results.run_folder import (
     DRAFT,
     FIGURES,
     RECORDING,
     RESERVE,
     RUN,
-    SIGNALS,
     SYSTEM,
     write_system,
 )
 from orchestrator.results.summary import write_summary
 from orchestrator.system.experiment import Scenario
 
-_RESERVED: Final = 2**17
+_RESERVED: Final = 2**15
 """[byte] Room that is kept for the summary, which is written when the disk may be full."""
 
 
@@ -95,17 +94,19 @@ class LiveFolder:
             write_summary(content, self.path)
             remove(self.path, RUN, [DRAFT])
         except OSError as error:
-            return f"summary.json cannot be written to {self.named} ({error.strerror or error})"
+            return f"summary.json cannot be written to {self.named} ({reason(error)})"
         return ""
 
     def remarks(self) -> Iterator[str]:
         """What a person should know of the folder, as texts."""
         yield from self._claimed.remarks
-        for name in (SYSTEM, SIGNALS):
-            if not (self.path / name).is_file():
-                yield f"{self.named / name} is gone: something has removed it"
-            elif name == SYSTEM and _digest(self.path / name) != self._digest:
-                yield f"{self.named / name} is not the one of this run any more: something has replaced it"
+        system = self.path / SYSTEM
+        with suppress(OSError):  # then there is more that is wrong with the folder, which is told elsewhere
+            if not system.is_file():
+                write_system(self._scenario, self.path)
+                yield f"{SYSTEM} was removed during the run, and has been written again"
+            elif _digest(system) != self._digest:
+                yield f"{SYSTEM} is not the one that this run has written: something has replaced it"
 
 
 def _digest(path: Path) -> bytes:

@@ -7,6 +7,7 @@ written cannot name other files.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Collection, Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -78,6 +79,11 @@ def remove(folder: Path, contents: Contents, names: Collection[str]) -> None:
     for name in contents.folders.intersection(name.partition("/")[0] for name in names):
         with suppress(OSError):  # it is not there, or holds other things
             (folder / name).rmdir()
+
+
+def reason(error: OSError) -> str:
+    """What the system says of an error, in words."""
+    return os.strerror(error.errno) if error.errno else str(error)
 
 
 @contextmanager

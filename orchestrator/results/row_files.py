@@ -19,6 +19,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from orchestrator.results.live_folder import LiveFolder
+from orchestrator.results.manifest import reason
 from orchestrator.results.parquet import FileColumns, SignalSchema, merge, read_columns
 from orchestrator.results.run_folder import MEANING, PART, ROWS, SIGNALS
 from orchestrator.stepping.master import Simulation
@@ -84,7 +85,7 @@ class RowFiles:
             try:
                 merge([rows / part.name for part in self._parts], rows / MEANING, self._folder.path / SIGNALS)
             except OSError as error:
-                self.problem = f"{SIGNALS} cannot be written ({error.strerror or error}); the rows are in {ROWS}/"
+                self.problem = f"{SIGNALS} cannot be written ({reason(error)}); the rows are in {ROWS}/"
                 return
             self._merged = True
             if self._begin:
@@ -133,7 +134,7 @@ class RowFiles:
         try:
             self._write(self._simulation.log.kept, to_the_last=to_the_last)
         except OSError as error:
-            self.problem = f"rows cannot be written to {self._folder.named} ({error.strerror or error})"
+            self.problem = f"rows cannot be written to {self._folder.named} ({reason(error)})"
         except Exception as error:  # noqa: BLE001 - whatever it is, the run ends in words
             self.problem = f"rows cannot be written ({type(error).__name__}: {error})"
         else:
