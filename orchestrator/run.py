@@ -63,7 +63,7 @@ class Execution:
     """Simulated seconds per second of wall time; without it the run goes as fast as it can."""
     figures: bool = True
     begun: Callable[[Path], None] = lambda _: None
-    """Called with the run folder, an absolute path, before the first step, when it is there."""
+    """Called with the run folder, an absolute path, before the first step, and again if it is moved during the run."""
     ending: Callable[[], None] = lambda: None
     """Called after the last step, before the folder is completed."""
 
@@ -98,7 +98,6 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
             claimed = undisturbed.enter_context(new_folder(scenario.name, out, here))
             run = _Run(scenario, simulation, execution, claimed)
             undisturbed.enter_context(run.rows)
-            execution.begun(run.folder.path)
             try:
                 run.begin()
                 progress.now(f"stepping {scenario.name}")
@@ -121,7 +120,7 @@ class _Run:
         self._scenario, self._simulation, self._execution = scenario, simulation, execution
         self._pacer = None if execution.realtime is None else Pacer(execution.realtime, scenario.h)
         self._known = summary.draft(scenario, simulation)
-        self.folder = LiveFolder(claimed, scenario, self._known)
+        self.folder = LiveFolder(claimed, scenario, self._known, execution.begun)
         self.rows = RowFiles(self.folder, scenario, simulation)
         path = self.folder.path
         self._request = RecordingRequest(path, path / RECORDING, simulation.log.elements, facts(self._known))

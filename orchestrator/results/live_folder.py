@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -34,13 +34,20 @@ class LiveFolder:
         claimed: The folder, which is removed again where this cannot be written.
         scenario: What is run.
         known: The summary as it is known before the first step.
+        begun: Called with the folder when it is there, and again when it is another one.
 
     Raises:
         RequestError: The folder cannot be written to.
     """
 
-    def __init__(self, claimed: ClaimedFolder, scenario: Scenario, known: Mapping[str, Any]) -> None:
-        self._claimed, self._scenario, self._known = claimed, scenario, known
+    def __init__(
+        self,
+        claimed: ClaimedFolder,
+        scenario: Scenario,
+        known: Mapping[str, Any],
+        begun: Callable[[Path], None] = lambda _: None,
+    ) -> None:
+        self._claimed, self._scenario, self._known, self._begun = claimed, scenario, known, begun
         try:
             self._begin()
             (self.path / RESERVE).write_bytes(bytes(_RESERVED))
@@ -49,6 +56,7 @@ class LiveFolder:
             if isinstance(error, OSError):
                 raise unwritable(claimed.named, error) from error
             raise
+        begun(self.path)
 
     @property
     def path(self) -> Path:
@@ -68,10 +76,13 @@ class LiveFolder:
 
     def follow(self) -> bool:
         """Go on where the folder is now; return whether it still is the same one, with what was written to it."""
-        if self._claimed.follow():
-            return True
-        self._begin()
-        return False
+        before = self.path
+        same = self._claimed.follow()
+        if not same:
+            self._begin()
+        if self.path != before:
+            self._begun(self.path)
+        return same
 
     def write_draft(self, content: Mapping[str, Any]) -> None:
         """Write what is known of the run so far, for the case that this process does not come to its end."""

@@ -25,7 +25,7 @@ from orchestrator.results.provenance import versions
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.system import System
 
-_GROUP: Final = 2**20, 2**25
+_GROUP: Final = 2**20, 2**22
 """The most rows of a row group, and about the most bytes of its values: what is in memory at a time."""
 _TEXT: Final = 64
 """[byte] How large a text is taken to be."""

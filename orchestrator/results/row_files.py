@@ -134,11 +134,16 @@ class RowFiles:
         try:
             self._write(self._simulation.log.kept, to_the_last=to_the_last)
         except OSError as error:
-            self.problem = f"rows cannot be written to {self._folder.named} ({reason(error)})"
+            self.problem = f"rows cannot be written to {self._folder.named} ({reason(error)}){self._saved()}"
         except Exception as error:  # noqa: BLE001 - whatever it is, the run ends in words
             self.problem = f"rows cannot be written ({type(error).__name__}: {error})"
         else:
             self.problem = ""
+
+    def _saved(self) -> str:
+        """Where the rows are that could be written, in words."""
+        at = self._simulation.log.times[self._written - 1] if self._written > self._begin else None
+        return "" if at is None else f"; those up to {at:g} s are in {ROWS}/"
 
     def _write(self, kept: int, *, to_the_last: bool) -> None:
         """Write the rows that came since this was called last, and the first time that there are none yet."""
