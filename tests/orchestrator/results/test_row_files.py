@@ -1,4 +1,4 @@
-"""Rows that go to disk as they come, in the `live_folder` of a run: whole at any time, whatever is done to the folder."""
+"""Rows that go to disk as they come, in the `live_folder` of a run: whole at any time, whatever is done to it."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from orchestrator.system.experiment import EVERYTHING
 def running(folder, record=EVERYTHING, **changed):
     """A simulation, its folder and what writes its rows; the thread that writes is not begun."""
     scenario = prepare("static", Options(mode="blocks", stop_time=6.0))
-    with Simulation(scenario.system, h=0.1, until=6.0, record=record) as simulation:
-        with new_folder("static", folder) as claimed:
-            live = LiveFolder(claimed, scenario, summary.draft(scenario, simulation), **changed)
-            yield simulation, live, RowFiles(live, scenario, simulation)
+    simulation = Simulation(scenario.system, h=0.1, until=6.0, record=record)
+    with simulation, new_folder("static", folder) as claimed:
+        live = LiveFolder(claimed, scenario, summary.draft(scenario, simulation), **changed)
+        yield simulation, live, RowFiles(live, scenario, simulation)
 
 
 def steps(simulation, n):
