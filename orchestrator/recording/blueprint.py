@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
@@ -14,9 +15,26 @@ from orchestrator.pictures import palette
 from orchestrator.pictures import screen as screens
 
 
-def blueprint(screen: screens.ViewGroup) -> rrb.Blueprint:
+class Layout(rrb.Blueprint):
+    """A blueprint that leaves nothing behind when it has been sent.
+
+    Rerun sends a blueprint by a stream of its own in memory, which keeps itself alive, with two threads, until somebody
+    disconnects it.
+    """
+
+    def send(self, stream: rr.RecordingStream) -> None:
+        """Send it to a recording."""
+        stream.send_blueprint(self)
+        self._inner.disconnect()
+
+    def _log_to_stream(self, stream: rr.RecordingStream) -> None:
+        self._inner = stream
+        super()._log_to_stream(stream)
+
+
+def blueprint(screen: screens.ViewGroup) -> Layout:
     """The viewer's layout for a screen, with its own panels collapsed."""
-    return rrb.Blueprint(
+    return Layout(
         _view(screen),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),

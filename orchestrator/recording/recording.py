@@ -18,6 +18,7 @@ from orchestrator.recording.process import recorded_by_process
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
+from orchestrator.ssp.archive import removed_packages
 from orchestrator.stepping.rows import RowBatch
 from orchestrator.system.experiment import Scenario
 
@@ -137,7 +138,8 @@ class Afterwards:
         if log.kept * sum(map(len, log.elements)) > _MOST_IN_MEMORY:
             return recorded_by_process(request, self._simulation, self._about)
         try:
-            recording = Recording(request, ssp_reader.read(request.folder / SYSTEM), at_once=True)
+            with removed_packages():
+                recording = Recording(request, ssp_reader.read(request.folder / SYSTEM), at_once=True)
             for first in range(0, log.kept, LARGE):
                 last = min(first + LARGE, log.kept)
                 recording.log(log.batches(first, last, self._simulation.step_times), last=True)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
+from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from orchestrator.pictures import pages
 from orchestrator.pictures.run_picture import RunPicture
@@ -121,6 +122,9 @@ class RerunStream:
         self.flush()
         whole = b"" if self._memory is None else self._memory.read() or b""
         self._stream.disconnect()
+        del self._stream  # Rerun keeps two threads for a stream until it is told to look for those that nobody has
+        self._memory = None
+        flush_and_cleanup_orphaned_recordings()
         return whole
 
 
@@ -155,6 +159,8 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
         send_shapes(stream, batch.ticks, batch.times, batch.shapes)
     _flush(stream, path)
     stream.disconnect()
+    del stream  # as in `RerunStream.close`
+    flush_and_cleanup_orphaned_recordings()
 
 
 def _opened(
@@ -165,7 +171,7 @@ def _opened(
     stream.set_log_time_enabled(False)
     if sink is not None:
         stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
-    stream.send_blueprint(blueprint(layout))
+    blueprint(layout).send(stream)
     stream.send_recording_name(name)
     for style in styles:
         send_style(stream, style)

@@ -87,10 +87,8 @@ def _record(messages: MessageQueue, receiver: threading.Thread, parent: ParentPr
         return
     if isinstance(request.sink, str):
         threading.Thread(target=_give_up, args=(receiver,), daemon=True).start()
-    try:
+    with archive.removed_packages():  # now, because later this process may be ended at any moment
         recording = Recording(request, ssp_reader.read(request.folder / SYSTEM))
-    finally:
-        archive.remove_packages()  # now, because later this process may be ended at any moment
     parent.answer("open")
     about, over = {**request.about, "status": "cut short"}, False
     while not over:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 from urllib.parse import unquote, urlsplit
 
 from components.interfaces.problem import MOST_PROBLEMS, OTHER_PROBLEMS, Problem, RequestError, did_you_mean, refuse
@@ -44,16 +46,24 @@ class Expansion:
     """How much an SSP becomes, with all that it takes from other files: a small one may stand for a very large one.
 
     Attributes:
-        folders: Where packages are unpacked, by the digest of their content: each is unpacked once.
+        packages: The digests of the packages.
         size: The bytes of all packages.
         systems: The systems that were taken from elsewhere.
         elements: The elements of all systems.
     """
 
-    folders: dict[str, Path] = field(default_factory=dict[str, Path])
+    packages: set[str] = field(default_factory=set[str])
     size: int = 0
     systems: int = 0
     elements: int = 0
+
+    def add_package(self, content: str, folder: Path, where: str) -> None:
+        """Count a package that was unpacked. Raises `RequestError`, if they are too large together."""
+        self.packages.add(content)
+        self.size += sum(file.stat().st_size for file in folder.rglob("*"))
+        if self.size > LARGEST_ARCHIVE:
+            found = f"{self.size / 2**20:.0f} MiB with the archives inside"
+            raise refuse(where, found, f"at most {LARGEST_ARCHIVE / 2**20:.0f} MiB")
 
     def add_system(self, where: str) -> None:
         """Count a system that comes from elsewhere. Raises `RequestError`, if there are too many."""
@@ -158,17 +168,26 @@ class Document:
         return self.package.findings
 
 
-_folders: list[TemporaryDirectory[str]] = []
+_Unpacked: TypeAlias = dict[str, tuple[TemporaryDirectory[str], tuple[str, ...]]]
+"""By the SHA-256 of an archive, where it has been unpacked, and the remarks on it."""
+_unpacked: ContextVar[_Unpacked] = ContextVar("unpacked", default={})  # noqa: B039 - it is meant to be shared
 
 
-def remove_packages() -> None:
-    """Remove all unpacked archives; a process that ends without running its exit handlers calls this itself."""
-    while _folders:
-        _folders.pop().cleanup()
+@contextmanager
+def removed_packages() -> Generator[None]:
+    """Remove at the end of the statement what is unpacked in it: for a system that is read, and does not run."""
+    own: _Unpacked = {}
+    token = _unpacked.set(own)
+    try:
+        yield
+    finally:
+        _unpacked.reset(token)
+        for folder, _ in own.values():
+            folder.cleanup()
 
 
 def open_package(path: Path, where: str, findings: Findings) -> Package:
-    """Unpack an SSP into a folder that lasts as long as this process.
+    """Unpack an SSP, once for each content, into a folder that lasts as long as this process.
 
     Args:
         path: The archive.
@@ -178,24 +197,28 @@ def open_package(path: Path, where: str, findings: Findings) -> Package:
     Raises:
         RequestError: The file is not a zip archive, or an entry would leave the folder.
     """
-    expansion = findings.expansion
-    content = digest(path) if path.is_file() else ""
-    if content not in expansion.folders:
-        _folders.append(scratch_folder("ssp"))
-        folder = Path(_folders[-1].name)
-        findings.remarks += unpack(path, folder, where, VALID_SSP)
-        expansion.size += sum(file.stat().st_size for file in folder.rglob("*"))
-        if expansion.size > LARGEST_ARCHIVE:
-            found = f"{expansion.size / 2**20:.0f} MiB with the archives inside"
-            raise refuse(where, found, f"at most {LARGEST_ARCHIVE / 2**20:.0f} MiB")
-        expansion.folders[content] = folder
-    return Package(expansion.folders[content], where, findings)
+    known, content = _unpacked.get(), digest(path)
+    if content not in known:
+        new = scratch_folder("ssp")
+        try:
+            known[content] = new, unpack(path, Path(new.name), where, VALID_SSP)
+        except RequestError:
+            new.cleanup()
+            raise
+    folder, remarks = known[content]
+    if content not in findings.expansion.packages:
+        findings.expansion.add_package(content, Path(folder.name), where)
+        findings.remarks += remarks
+    return Package(Path(folder.name), where, findings)
 
 
 def digest(path: Path) -> str:
-    """The digest of a file, by which two of the same content are known."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    """The digest of a file, by which two of the same content are known; empty where there is none to be read."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def read_document(package: Package, path: Path, kind: Tag = Tag.DESCRIPTION) -> Document | None:
