@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import os
 import shutil
 from pathlib import Path
 
@@ -22,7 +21,7 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="lo
 
 def left():
     """What a process may gather."""
-    counts = {name: len(os.listdir(f"/proc/self/{name}")) for name in ("task", "fd")}
+    counts = {name: len([*Path(f"/proc/self/{name}").iterdir()]) for name in ("task", "fd")}
     return counts | {"temporary": sorted(scratch_root().rglob("*")), "exit handlers": atexit._ncallbacks()}
 
 
