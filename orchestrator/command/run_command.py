@@ -55,7 +55,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     ] = None,
     live: Annotated[bool, _watching("--live", help="Open the viewer and follow the run in it.")] = False,  # noqa: FBT002
     no_viewer: Annotated[  # noqa: FBT002
-        bool, _watching("--no-viewer", help="Live without a window: only say where to connect.")
+        bool, _watching("--no-viewer", help="Live without a window: only say the address of a page.")
     ] = False,
     web: Annotated[bool, _watching("--web", help="Live in the browser, served to this machine only.")] = False,  # noqa: FBT002
     connect: Annotated[str | None, _watching(metavar="URL", help="Live in a viewer that is already open.")] = None,

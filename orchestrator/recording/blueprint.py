@@ -32,13 +32,19 @@ class Layout(rrb.Blueprint):
         super()._log_to_stream(stream)
 
 
-def blueprint(screen: screens.ViewGroup) -> Layout:
-    """The viewer's layout for a screen, with its own panels collapsed."""
+def blueprint(screen: screens.ViewGroup, *, followed: bool = False) -> Layout:
+    """The viewer's layout for a screen, with its own panels collapsed.
+
+    Args:
+        screen: What stands where.
+        followed: Whether the viewer shows the newest row while more come.
+    """
+    playing = "following" if followed else None
     return Layout(
         _view(screen),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state=playing),
     )
 
 

@@ -33,6 +33,8 @@ class RecordingRequest:
     """The run's provenance as it is known at the start."""
     recording_id: str = field(default_factory=lambda: uuid.uuid4().hex)
     """The identifier of the recording; the streams of one run to a file and to a viewer share it."""
+    followed: bool = False
+    """Whether somebody watches while it is recorded."""
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,8 @@ class Recording:
             batches: Rows that follow those of the last call.
             last: Whether all rows of the run have come; if they come at once, one file is compact already.
         """
-        if not self._begun and self._file is not None and not last and sum(map(len, batches)) < _SLOW:
+        is_slow = not self._begun and not last and sum(map(len, batches)) < _SLOW
+        if is_slow and self._file is not None and not self._request.followed:
             self._compact = self._open(_compact_file(self._file))
         self._begun = True
         self._send(self._stream, batches)
@@ -106,6 +107,7 @@ class Recording:
             about=self._request.about,
             recorded=[[element.path for element in group] for group in self._request.elements],
             recording_id=self._request.recording_id,
+            followed=self._request.followed,
         )
 
     def _send(self, stream: RerunStream, batches: Sequence[RowBatch]) -> None:

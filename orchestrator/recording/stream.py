@@ -27,7 +27,7 @@ from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.screen import ViewGroup, screen
 from orchestrator.pictures.shapes import Page, Shape, Style
 from orchestrator.recording.archetypes import send_shapes, send_style
-from orchestrator.recording.blueprint import blueprint
+from orchestrator.recording.blueprint import Layout, blueprint
 from orchestrator.system.experiment import TimeGrid
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
@@ -66,6 +66,7 @@ class RerunStream:
         recorded: The columns of each group that is recorded at the same ticks; every column at every tick if not
             given.
         recording_id: Streams with the same identifier are one recording to a viewer; a new one if not given.
+        followed: Whether the viewer shows the newest row while more come.
     """
 
     def __init__(  # noqa: PLR0913 - what a recording is made of
@@ -79,12 +80,14 @@ class RerunStream:
         about: Mapping[str, str],
         recorded: Sequence[Collection[str]] | None = None,
         recording_id: str | None = None,
+        followed: bool = False,
     ) -> None:
         self._picture, self._grid = RunPicture(system, scene, recorded=recorded), grid
         self._name, self._last = name, grid.start
         page = Page(entity="/about", text=pages.page(name, about, system))
         styles = [page, *self._picture.styles()]
-        self._stream, self._sink = _opened(sink, name, screen([self._picture]), styles, recording_id), sink
+        layout = blueprint(screen([self._picture]), followed=followed)
+        self._stream, self._sink = _opened(sink, name, layout, styles, recording_id), sink
         self._memory = self._stream.binary_stream() if sink is None else None
 
     def log(self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None) -> None:
@@ -154,7 +157,7 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
         styles: What holds from the start.
         batches: What is drawn of the rows.
     """
-    stream = _opened(path, name, layout, styles)
+    stream = _opened(path, name, blueprint(layout), styles)
     for batch in batches:
         send_shapes(stream, batch.ticks, batch.times, batch.shapes)
     _flush(stream, path)
@@ -164,14 +167,14 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
 
 
 def _opened(
-    sink: Path | str | None, name: str, layout: ViewGroup, styles: Iterable[Style], recording_id: str | None = None
+    sink: Path | str | None, name: str, layout: Layout, styles: Iterable[Style], recording_id: str | None = None
 ) -> rr.RecordingStream:
     """A recording with all that holds from the start."""
     stream = rr.RecordingStream("macrostep", recording_id=recording_id)
     stream.set_log_time_enabled(False)
     if sink is not None:
         stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
-    blueprint(layout).send(stream)
+    layout.send(stream)
     stream.send_recording_name(name)
     for style in styles:
         send_style(stream, style)

@@ -1,48 +1,39 @@
-"""Watching a run while it steps: a viewer or a server on this machine only, and a process that streams to it.
+"""Watching a run while it steps: a process writes a file of its own, which a window or a page in the browser follows.
 
-Viewer and server are processes of Rerun's own program. The process that streams can be ended at any moment, because
-another process writes the file.
+Nothing that is streamed is at an address that another program could guess. Only with `--connect` it goes to a viewer's
+own server, which a person has started. The process that writes can be ended at any moment, because another process
+writes the recording of the run.
 """
 
 from __future__ import annotations
 
 import re
-import subprocess
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
+from fmus.toolchain.scratch import scratch_folder
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import TO_VIEWER, RecordingProcess
-from orchestrator.viewing.rerun_program import (
-    PORT,
-    address,
-    answers,
-    free_port,
-    has_display,
-    listens,
-    serve,
-    web_address,
-)
+from orchestrator.viewing.live_viewers import LivePage, LiveViewer, LiveWindow, ViewerStartError
+from orchestrator.viewing.rerun_program import PORT, answers, has_display
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     from orchestrator.stepping.master import Simulation
 
-WEB_PORT: Final = 9090
-_STARTS_WITHIN: Final = 20.0
-"""[s] The time within which a viewer must start before the run begins; the running simulation does not wait for it."""
 _FOLLOWS_WITHIN: Final = 1.5
-"""[s] The time after the last tick within which the viewer must have received the whole run."""
+"""[s] The time after the last tick within which a viewer at an address must have received the whole run."""
 _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """How a run is watched; with neither a viewer nor the browser there is only a server."""
+    """How a run is watched; with neither a window nor the browser, the address of a page is told."""
 
     viewer: bool = True
     """Whether to open a window."""
@@ -99,52 +90,38 @@ class LiveStream:
 
     def __init__(self, options: LiveOptions, tell: Callable[[str], None]) -> None:
         self._options, self._tell = options, tell
-        self._server: subprocess.Popen[bytes] | None = None
-        self._url = options.url
-        self._stays = False
+        self._sink: Path | str | None = options.url
+        self._viewer: LiveViewer | None = None
 
     def __enter__(self) -> Self:
-        self._process = RecordingProcess(TO_VIEWER).__enter__()
-        if self._url is None:
-            self._start()
-        elif not answers(self._url):
-            self._tell(f"no viewer answers at {self._url}; the run goes on without it")
-            self._url = None
+        with ExitStack() as stack:
+            folder = Path(stack.enter_context(scratch_folder("live")))
+            self._process = stack.enter_context(RecordingProcess(TO_VIEWER))
+            if self._options.url is None:
+                self._start(stack, folder / "live.rrd")
+            elif not answers(self._options.url):
+                self._tell(f"no viewer answers at {self._options.url}; the run goes on without it")
+                self._sink = None
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._process.__exit__(kind, error, trace)
-        if self._server is not None and not self._stays:
-            self._server.kill()  # it has nothing to save, and a stopped process would not react to another signal
-            self._server.wait()
+        self._stack.__exit__(kind, error, trace)
 
-    def _start(self) -> None:
-        port = free_port(PORT)
-        if port != PORT:
-            self._tell(f"port {PORT} is taken, by another viewer perhaps; this one has {port}")
-        self._url = address(port)
+    def _start(self, stack: ExitStack, path: Path) -> None:
         window = self._options.viewer and not self._options.web and has_display()
-        if window:
-            how = ["--expect-data-soon"]
-            self._tell(f"live in the viewer; another one can join at {self._url}")
-        elif self._options.web:
-            web = free_port(WEB_PORT)
-            how = ["--web-viewer" if has_display() else "--serve-web", "--web-viewer-port", str(web)]
-            self._tell(f"live in the browser at {web_address(web, self._url)}")
-        else:
-            how = ["--serve-grpc"]
-            why = "no display here; " if self._options.viewer else ""
-            self._tell(f"{why}live at {self._url}, look with: rerun {self._url}")
-        self._stays = window
-        self._server = serve(port, how, stays=window)
-        if not listens(port, _STARTS_WITHIN, self._server):
+        try:
+            viewer = LiveWindow(path, self._tell) if window else LivePage(path, self._tell, opens=self._options.web)
+        except ViewerStartError:
             self._give_up()
+        else:
+            self._viewer, self._sink = stack.enter_context(viewer), path
 
     def _give_up(self) -> None:
         self._tell("the viewer did not start; the run goes on without it")
-        self._url = None
+        self._sink = None
 
     def begin(self, request: RecordingRequest, simulation: Simulation) -> None:
         """Stream a simulation from now on, until `end`.
@@ -153,14 +130,14 @@ class LiveStream:
             request: What to record; it goes to the viewer instead of the sink that it names.
             simulation: The simulation.
         """
-        if self._url is not None and self._server is not None and self._server.poll() is not None:
+        if self._sink is not None and self._viewer is not None and not self._viewer.is_there:
             self._give_up()  # a viewer listens before it opens its window, and ends when it cannot open it
-        if self._url is not None:
-            self._process.begin(replace(request, sink=self._url), simulation)
+        if self._sink is not None:
+            self._process.begin(replace(request, sink=self._sink, followed=True), simulation)
 
     def wait_until_open(self) -> None:
         """Wait until the viewer can show rows as they come."""
-        if self._url is not None:
+        if self._sink is not None:
             self._process.wait_until_open()
 
     def end(self, about: Mapping[str, str]) -> None:
@@ -178,12 +155,15 @@ class LiveStream:
         Returns:
             A line that says that it has not; empty if it has.
         """
-        problem = self._process.wait(max(0.0, self._deadline - time.monotonic()))
-        return "the viewer did not take the whole run in time; the recording has it" if problem else ""
+        if self._sink is None:
+            return ""
+        if self._viewer is None:
+            behind = bool(self._process.wait(max(0.0, self._deadline - time.monotonic())))
+        else:
+            behind = bool(self._process.wait()) or not self._viewer.complete()
+        return "the viewer did not take the whole run in time; the recording has it" if behind else ""
 
     def stay(self) -> None:
         """Keep serving the page in the browser until Ctrl-C, because it has no window that a person could close."""
-        if self._options.web and self._server is not None and self._server.poll() is None:
-            self._tell("the page stays until Ctrl-C")
-            with suppress(KeyboardInterrupt):
-                self._server.wait()
+        if self._viewer is not None:
+            self._viewer.stay()

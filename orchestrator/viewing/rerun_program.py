@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -12,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final
+from typing import IO, Final
 from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import refuse
@@ -20,6 +21,7 @@ from components.interfaces.problem import refuse
 LOOPBACK: Final = "127.0.0.1"
 PORT: Final = 9876
 """The port that viewers use unless they are given another one."""
+_PAGE: Final = re.compile(rf"http://{re.escape(LOOPBACK)}:\d+")
 _ANSWERS_WITHIN: Final = 2.0
 """[s] The time within which a viewer that is already running must accept a connection."""
 
@@ -39,8 +41,14 @@ def executable() -> str:
     raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
 
 
-def serve(
-    port: int, how: list[str], *, stays: bool = False, environment: Mapping[str, str] | None = None
+def serve(  # noqa: PLR0913 - what a process is started with
+    port: int,
+    how: list[str],
+    *,
+    stays: bool = False,
+    environment: Mapping[str, str] | None = None,
+    fed: bool = False,
+    said: IO[bytes] | None = None,
 ) -> subprocess.Popen[bytes]:
     """Start Rerun's program with a server that listens on this machine only.
 
@@ -49,6 +57,8 @@ def serve(
         how: Further options of the program.
         stays: Whether it may outlive this process.
         environment: Its environment variables; those of this process if not given.
+        fed: Whether its standard input is a pipe, to which this process writes.
+        said: A file for what it says; nobody reads that if not given.
 
     Returns:
         The process.
@@ -60,8 +70,10 @@ def serve(
     # It has a session of its own, because Ctrl-C in the terminal ends the run, and a window stays open after that.
     return subprocess.Popen(  # noqa: S603 - the program that rerun-sdk brings
         command,
+        bufsize=0,
+        stdin=subprocess.PIPE if fed else subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL if said is None else said,
         env=environment,
         start_new_session=True,
         preexec_fn=None if stays else end_with_parent(),  # noqa: PLW1509 - one call into libc, which takes no locks
@@ -131,9 +143,15 @@ def has_display() -> bool:
     return True
 
 
-def web_address(port: int, url: str) -> str:
-    """The page of the web viewer on `port` that shows what is streamed to `url`."""
-    return f"http://{LOOPBACK}:{port}/?url={quote(url, safe='')}"
+def page_address(said: str) -> str | None:
+    """Where the program serves its page, from what it says; None as long as it has not said it."""
+    found = _PAGE.search(said)
+    return None if found is None else found[0]
+
+
+def web_address(page: str, url: str) -> str:
+    """The address of the web viewer whose `page` shows the recording at a URL."""
+    return f"{page}/?url={quote(url, safe='')}"
 
 
 def end_with_parent() -> Callable[[], object] | None:
