@@ -267,8 +267,12 @@ def moved(descriptor: int) -> int:
     lowest, number = _DESCRIPTORS
     try:
         import fcntl  # noqa: PLC0415 - only POSIX has it
+        import resource  # noqa: PLC0415 - the same
     except ImportError:
         return os.dup(descriptor)
+    most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= most < lowest + number:  # a person has limited them
+        lowest, number = most // 4, max(1, most // 2)
     return fcntl.fcntl(descriptor, fcntl.F_DUPFD_CLOEXEC, lowest + secrets.randbelow(number))
 
 

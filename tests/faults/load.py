@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 from hashlib import sha256
@@ -15,7 +16,7 @@ import pandas as pd
 
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.version import Version
-from tests.faults.commands import Started, is_whole
+from tests.faults.commands import LASTS, Started, is_whole
 from tests.faults.scoring import fault
 from tests.fmus.foreign import description3, library, pack
 from tests.orchestrator.large import ssp_of_units
@@ -91,6 +92,8 @@ from fmus.toolchain.scratch import scratch_root
 from orchestrator import Options, Simulation, load
 from orchestrator.run import Execution, execute
 
+scratch_root()  # it opens a file that stays open
+
 def left():
     count = lambda name: len(os.listdir(f"/proc/self/{name}"))
     resident = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
@@ -115,11 +118,11 @@ print(json.dumps([before, after]))
 """
 
 
-def one_after_another(action, number, *, most, figures=False):
-    """Do something many times in one process; it may not grow by more than `most` MiB."""
+def one_after_another(action, number, *, most, figures=False, first=20):
+    """Do something many times in one process; after the `first` times it may not grow by more than `most` MiB."""
 
     def check(folder, _):
-        words = {"ACTION": action, "NUMBER": str(number), "WARM": "20", "FIGURES": str(figures)}
+        words = {"ACTION": action, "NUMBER": str(number), "WARM": str(first), "FIGURES": str(figures)}
         script = MANY
         for word, meaning in words.items():
             script = script.replace(word, meaning)
@@ -133,7 +136,7 @@ def one_after_another(action, number, *, most, figures=False):
 
 
 fault(GROUP, "50 simulations one after another in a process")(one_after_another("stepped", 50, most=20))
-fault(GROUP, "20 runs one after another in a process")(one_after_another("executed", 20, most=40))
+fault(GROUP, "6 runs one after another in a process")(one_after_another("executed", 6, most=60, first=4))
 fault(GROUP, "1000 simulations one after another in a process", short=False)(
     one_after_another("stepped", 1000, most=20)
 )
@@ -256,3 +259,20 @@ def many_variables(folder, _):
     code, said = Started(folder, "run", "m.fmu", "--stop-time", 1, "--step", 0.1, "--out", "r").end()
     assert code == 0, said
     is_whole(Path(folder) / "r", "finished")
+
+
+@fault(GROUP, "started in the background by a shell, where SIGINT is ignored", short=False)
+def in_the_background(folder, _):
+    def ignored():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    run = Started(folder, *LASTS, "--out", "r", preexec_fn=ignored)
+    run.wait_for("r/recording.rrd")
+    os.killpg(run.process.pid, signal.SIGINT)
+    assert run.end()[0] == 0
+    is_whole(folder / "r", "finished")
+    run = Started(folder, *LASTS, "--out", "s", preexec_fn=ignored)
+    run.wait_for("s/recording.rrd")
+    run.process.terminate()
+    assert run.end()[0] == 130
+    is_whole(folder / "s", "interrupted")
