@@ -44,10 +44,10 @@ _SELECTS: Final = os.name == "posix"
 """Whether the system can wait for a pipe; elsewhere a thread reads it."""
 _IS_KEPT: Final = sys.platform == "linux"
 """Whether there is a process between this one and the child."""
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
-class ChildProcess(Generic[T]):
+class ChildProcess(Generic[_T]):
     """A running child process; `close` has to be called at the end.
 
     The child is in a session of its own: Ctrl-C in the terminal reaches only this process, which ends the child in an
@@ -65,7 +65,7 @@ class ChildProcess(Generic[T]):
     def __init__(  # noqa: PLR0913 - what a process is started with
         self,
         module: str,
-        answers: type[T],
+        answers: type[_T],
         environment: Mapping[str, str] | None = None,
         errors: IO[bytes] | None = None,
         *,
@@ -90,7 +90,7 @@ class ChildProcess(Generic[T]):
         pipe = _there(self._process.stdout)
         self._answers = SealedMessages(SelectedPipe(pipe) if _SELECTS else ReadPipe(pipe), seal)
 
-    def ask(self, request: object, within: float | None = None) -> T:
+    def ask(self, request: object, within: float | None = None) -> _T:
         """Send a request and wait for its answer, as `answer` does."""
         self.send(request, within)
         return self.answer(within)
@@ -130,7 +130,7 @@ class ChildProcess(Generic[T]):
         finally:
             os.set_blocking(pipe, True)
 
-    def answer(self, within: float | None = None) -> T:
+    def answer(self, within: float | None = None) -> _T:
         """Wait for the next answer.
 
         Args:

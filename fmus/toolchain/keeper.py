@@ -18,6 +18,7 @@ import signal
 import sys
 import time
 from codecs import getincrementaldecoder
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
@@ -82,7 +83,7 @@ class _Keeper:
         self._left = LARGEST_OUTPUT
         self._decoder = getincrementaldecoder("utf-8")("replace")
 
-    def keep(self, wakes: int, wake: int, mask: set[signal.Signals]) -> None:
+    def keep(self, wakes: int, wake: int, mask: Iterable[int]) -> None:
         """Wait for the end of the child or the parent, then end what stays, and end as the child did."""
         for name in _IGNORED:
             signal.signal(getattr(signal, name), signal.SIG_IGN)

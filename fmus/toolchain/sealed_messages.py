@@ -171,7 +171,7 @@ class SealedMessages:
     def _is_sealed(self, message: bytes) -> bool:
         """Whether the message at the beginning of the data is what its head announces."""
         digest = self._data[_MARK + _LENGTH.size : _MARK + _LENGTH.size + _DIGEST]
-        return digest == self._seal.digest(message)
+        return bytes(digest) == self._seal.digest(message)
 
     def close(self) -> None:
         """Release the pipe."""

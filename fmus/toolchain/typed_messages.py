@@ -13,7 +13,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-T = TypeVar("T")
+_T = TypeVar("_T")
+_ARRAY: Final = 1
+"""The number of MessagePack's extension that stands for an array."""
 _NUMBERS: Final = "?bBhHiIlLqQfd"
 """The types of arrays that are read, by numpy's characters."""
 
@@ -27,43 +29,51 @@ def written(message: object) -> bytes:
     return _ENCODER.encode(message)
 
 
-def read(content: bytes, kind: type[T]) -> T:
+def read(content: bytes, kind: type[_T]) -> _T:
     """The message in some bytes. Raises `UnreadableMessageError`."""
     try:
-        return cast("T", _decoder(kind).decode(content))
+        return cast("_T", _decoder(kind).decode(content))
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise UnreadableMessageError(str(error)) from error
 
 
 @cache
 def _decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
-    return msgspec.msgpack.Decoder(kind, dec_hook=_array)
+    return msgspec.msgpack.Decoder(kind, dec_hook=_expected, ext_hook=_array)
 
 
 def _values(item: object) -> Any:
     """What stands for an object that msgspec does not know."""
     if isinstance(item, np.generic):
-        return item.item()
+        return cast("Any", item).item()
     if isinstance(item, np.ndarray):
         array = cast("NDArray[Any]", item)
-        if array.dtype == object:
-            return ["O", array.shape, array.ravel().tolist()]
-        return [array.dtype.char, array.shape, array.tobytes()]
+        content = array.ravel().tolist() if array.dtype == object else array.tobytes()
+        return msgspec.msgpack.Ext(_ARRAY, _ENCODER.encode((array.dtype.char, array.shape, content)))
     raise TypeError(f"{type(item).__name__} is no value")
 
 
-def _array(kind: Any, values: Any) -> Any:
+def _array(code: int, packed: memoryview) -> NDArray[Any]:
     """The array that `_values` gave."""
-    if (get_origin(kind) or kind) is not np.ndarray:
-        raise TypeError(f"{kind} is no value")
-    character, shape, content = values
-    if character == "O":
-        array = np.empty(len(content), object)
+    if code != _ARRAY:
+        raise ValueError(f"an extension with the number {code}")
+    character, shape, content = _PACKED.decode(packed)
+    if character == "O" and isinstance(content, list):
+        array: NDArray[Any] = np.empty(len(content), object)
         array[:] = content
         return array.reshape(shape)
-    if character not in _NUMBERS:
+    if character not in _NUMBERS or not isinstance(content, bytes):
         raise ValueError(f"an array of type {character}")
-    return np.frombuffer(content, character).reshape(shape).copy()
+    numbers: NDArray[Any] = np.frombuffer(content, character)
+    return numbers.reshape(shape).copy()
+
+
+def _expected(kind: Any, value: Any) -> Any:
+    """A value of a type that msgspec does not know."""
+    if (get_origin(kind) or kind) is not np.ndarray or not isinstance(value, np.ndarray):
+        raise TypeError(f"{type(value).__name__} in place of {kind}")
+    return cast("NDArray[Any]", value)
 
 
 _ENCODER: Final = msgspec.msgpack.Encoder(enc_hook=_values)
+_PACKED: Final = msgspec.msgpack.Decoder(tuple[str, tuple[int, ...], Any])

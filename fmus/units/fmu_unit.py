@@ -77,7 +77,7 @@ class FmuUnit(Unit):
             folder = archive.unpacked or self._unpacked()
             self._fmu = loaded(self._fmpy_class(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
-            self._fmu.dll.warned = lambda function: self.warned(f"`{function}`")
+            self._fmu.dll.warned = lambda function: self.warned(function=f"`{function}`")
             self._make_instance()
             self._resources.callback(self._free_instance)
         except BaseException:
@@ -207,8 +207,7 @@ class FmuUnit(Unit):
         if is_failure(status):
             action = f"setting the parameter {variable.name} to {value} (status {status})"
             raise UnitError(self.name, action, self.messages)
-        if status:
-            self.warned(f"setting the parameter {variable.name}")
+        self.warned(status, f"setting the parameter {variable.name}")
 
     @override
     def tune(self, parameter: str, value: Any) -> None:

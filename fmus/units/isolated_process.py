@@ -151,10 +151,8 @@ class _Host:
 
     def _heard(self, value: Any) -> Any:
         """What a call gave, without a warning, which the unit tells."""
-        if value == FMI_WARNING:
-            self._unit.warned()
-            return None
-        return value
+        self._unit.warned(value)
+        return None if value == FMI_WARNING else value
 
 
 def _methods(unit: Unit, inputs: dict[Type, Column], outputs: dict[Type, Column]) -> dict[str, Callable[..., Any]]:

@@ -119,12 +119,13 @@ class Unit(ABC):
         if text not in self.remarks and len(self.remarks) < MOST_REMARKS:
             self.remarks.append(text)
 
-    def warned(self, function: str = "it") -> None:
-        """Note that a call returned a warning, with what the unit says about it; the first of them is a remark."""
-        self.warnings += 1
-        if self.warnings == 1:
-            said = "; ".join(self.messages.said())
-            self.remark(f"{function} returned a warning" + (f": {said}" if said else ""))
+    def warned(self, status: object = FMI_WARNING, function: str = "it") -> None:
+        """Note a call that returned the status of a warning, with what the unit says; the first one is a remark."""
+        if status == FMI_WARNING:
+            self.warnings += 1
+            if self.warnings == 1:
+                said = "; ".join(self.messages.said())
+                self.remark(f"{function} returned a warning" + (f": {said}" if said else ""))
 
     @abstractmethod
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:

@@ -162,8 +162,7 @@ class Simulation:
     def _checked(self, unit: Unit, status: object) -> None:
         if isinstance(status, int) and is_failure(status):
             raise self._fault(unit.name, failure_reason(unit, status))
-        if status:
-            unit.warned()
+        unit.warned(status)
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
         """The error of a unit that has failed; it is not terminated."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Concatenate, Final, ParamSpec, Self, TypeVar, get_type_hints
+from typing import IO, Any, Concatenate, Final, ParamSpec, Self, TypeVar, get_type_hints
 
 from fmus.reading.archive import Archive
 from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, Death, death_in_words
@@ -101,7 +101,7 @@ class Bench:
         if answer.fault is not None:
             raise MeasurementError(self._plain(answer.fault), stage)
         try:
-            return read(answer.value or b"", get_type_hints(measurement)["return"])
+            return read(answer.value or b"", get_type_hints(measurement).get("return", Any))
         except UnreadableMessageError as error:
             raise MeasurementError("its process gave a result that is none", stage) from error
 
