@@ -104,8 +104,9 @@ class Fmu2Unit(CoSimulationUnit):
         except (FMICallException, AttributeError):  # not every FMU knows; without an answer it is an ordinary failure
             return
         if not _is_within(t, reached, end):
-            self.messages.append(f"it says that it ends at {reached:g} s, which is not within the step")
-            return
+            where = f"in the step from {t:g} s to {end:g} s it asks for the end of the run at {reached:g} s"
+            self.remark(f"{where}; {t:g} s is taken for it")
+            reached = t
         raise EndRequested(self.name, reached)
 
 
