@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 LONGEST_NAME: Final = 64
@@ -25,7 +26,14 @@ def noted(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         place[:] = text
         return function(*arguments)
 
+    call.__name__ = name
     return call
+
+
+def name_of(call: object) -> str:
+    """The name of the function of FMI that is called; empty if it cannot be told."""
+    name = str(getattr(call.func if isinstance(call, partial) else call, "__name__", ""))
+    return name[name.find("fmi") :] if "fmi" in name else ""
 
 
 def last_call(place: memoryview) -> str:

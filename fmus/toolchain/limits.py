@@ -16,7 +16,7 @@ LARGEST_BINARY: Final = 64 * 1024**2
 """[byte] One value of type Binary of an FMU; a larger one ends the run."""
 LARGEST_STRING: Final = 1024**2
 """[byte] One value of type String of an FMU; a larger one ends the run."""
-LARGEST_OUTPUT: Final = 64 * 1024
+LARGEST_OUTPUT: Final = 16 * 1024
 """[byte] What a child process may print; the rest is left out."""
 LONGEST_MESSAGE: Final = 400
 """[characters] What is kept of one message of an FMU; the rest is left out."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from typing_extensions import override
@@ -21,6 +21,7 @@ from fmus.toolchain.fmpy_library import (
     fmi3Error,
     free,
 )
+from fmus.toolchain.last_call import name_of
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI2_API, FMI3_API
 from fmus.units.fmu_unit import FmuUnit
@@ -43,8 +44,17 @@ def _is_within(t: float, reached: float, end: float) -> bool:
 class CoSimulationUnit(FmuUnit):
     """What the Co-Simulation units of all versions share: a first step that fails without the stop time."""
 
+    _do_step: Callable[..., int]
+    _failed_in = ""
+
+    @property
+    @override
+    def called(self) -> str:
+        return self._failed_in
+
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""
+        self._failed_in = name_of(self._do_step)
         if not is_failure(status) or t != self._setup.start or self._stop_is_told or self._setup.stop is None:
             return status
         try:

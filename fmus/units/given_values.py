@@ -26,32 +26,33 @@ class GivenValues:
 
     Args:
         unit: The unit; without one, nothing is said of values that can be read.
+        function: The name of the function that gives them.
     """
 
-    def __init__(self, unit: Unit | None) -> None:
-        self._unit = unit
+    def __init__(self, unit: Unit | None, function: str) -> None:
+        self._unit, self._gave = unit, f"`{function}` gave"
 
     def string(self, name: str, address: int | None) -> str:
         """The value of a String variable."""
         if not address:
-            self._remark(f"it gave no text for `{name}`, which is taken as an empty one")
+            self._remark(f"{self._gave} no text for `{name}`, which is taken as an empty one")
             return ""
         n = _length(address, LARGEST_STRING + 1)
         if n > LARGEST_STRING:
-            raise self._error(f"gave a text of more than {LARGEST_STRING} bytes for `{name}`")
+            raise self._error(f"{self._gave} a text of more than {LARGEST_STRING} bytes for `{name}`")
         text = ctypes.string_at(address, n)
         try:
             return text.decode("utf-8")
         except UnicodeDecodeError:
-            self._remark(f"it gave a text for `{name}` that is not UTF-8; what cannot be read is replaced")
+            self._remark(f"{self._gave} a text for `{name}` that is not UTF-8; what cannot be read is replaced")
             return text.decode("utf-8", "replace")
 
     def binary(self, name: str, address: int | None, size: int) -> bytes:
         """The value of a Binary variable."""
         if size > LARGEST_BINARY:
-            raise self._error(f"gave {size} bytes for `{name}`, of at most {LARGEST_BINARY}")
+            raise self._error(f"{self._gave} {size} bytes for `{name}`, of at most {LARGEST_BINARY}")
         if size and not address:
-            raise self._error(f"gave no address of the {size} bytes of `{name}`")
+            raise self._error(f"{self._gave} no address of the {size} bytes of `{name}`")
         return ctypes.string_at(address, size) if address else b""
 
     def _remark(self, text: str) -> None:

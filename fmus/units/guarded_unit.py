@@ -52,6 +52,11 @@ class GuardedUnit(Unit):
         finally:
             self._process.restore()
 
+    @property
+    @override
+    def called(self) -> str:
+        return self._inner.called
+
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         self._inner.bind(inputs, outputs, unset)

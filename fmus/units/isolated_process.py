@@ -18,7 +18,7 @@ from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, Raised, UnitCall, UnitReply, map_columns, put_texts, texts
 from fmus.units.make import fmu_unit
-from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, carry_out
+from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, carry_out, is_failure
 
 _OF_UNITS: Final = ("enter_initialization", "exit_initialization", "step", "tune", "terminate", "close")
 _OF_EVENTS: Final = ("activate", "update", "fired", "trigger")
@@ -143,6 +143,8 @@ class _Host:
                 value = self._heard(value)
         except EndRequested as end:
             asked = end
+        if is_failure(value):
+            return value
         if get_after and (status := self._heard(carry_out(unit.getters()))) and not value:
             value = status
         if asked is not None:

@@ -89,6 +89,11 @@ class IsolatedUnit(Unit):
         reply = self._process.call_quickly(request, self._patience)
         return reply if isinstance(reply, int) else self._received(reply)
 
+    @property
+    @override
+    def called(self) -> str:
+        return self._process.called
+
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         self._inputs = [(self._their_inputs[kind], column) for kind, column in inputs.items()]

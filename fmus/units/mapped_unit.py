@@ -66,6 +66,11 @@ class MappedUnit(Unit):
         if inner.state is not None:
             self.state = _MappedState(inner.state, self._rates, self._integrals)
 
+    @property
+    @override
+    def called(self) -> str:
+        return self._inner.called
+
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         self._inner.bind(self._u, self._y, self._unset(unset))

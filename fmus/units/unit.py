@@ -114,6 +114,11 @@ class Unit(ABC):
         self.state: StateCapability | None = None
         """Saving and restoring of states; `None` for a unit that does not have it."""
 
+    @property
+    def called(self) -> str:
+        """The function of FMI that was called last; empty where that is not known."""
+        return ""
+
     def remark(self, text: str) -> None:
         """Note what a person should know of how the unit was run, once, and to a limit."""
         if text not in self.remarks and len(self.remarks) < MOST_REMARKS:

@@ -166,7 +166,7 @@ class UnitProcess:
     def _failed(self, method: str, error: Exception) -> UnitError:
         """What became of a call that has not been answered."""
         self._awaited = False
-        call = f"`{self._called or method}`"
+        call = f"`{self.called or method}`"
         if isinstance(error, ChildSilentError):
             action = f"no answer to {call} within {error.within:g} s; its process has been ended"
         elif isinstance(error, ChildDiedError):
@@ -176,7 +176,7 @@ class UnitProcess:
         return UnitError(self._unit, action, self._said)
 
     @property
-    def _called(self) -> str:
+    def called(self) -> str:
         """The function of the FMU that its process has called last; empty if it has called none."""
         return "" if self._block is None else last_call(self._block.called)
 

@@ -94,7 +94,9 @@ class ValueCalls:
             column[:] = values if signs is None else values * signs
             return status
 
-        return converted_set if direction == "Set" else converted_get
+        converted = converted_set if direction == "Set" else converted_get
+        converted.__name__ = function.__name__
+        return converted
 
     def _signs(self, variables: Sequence[Variable], native: type[np.generic]) -> Column | None:
         """What the values of each element are multiplied by; None where it is 1."""
@@ -113,7 +115,8 @@ class ValueCalls:
         arguments = [self._component, references.ctypes.data, references.size]
         arguments += [ctypes.addressof(sizes)] * binary + [ctypes.addressof(pointers)]
         arguments += [n] * self._api.counts_values
-        name, taken = f"{direction}{self._api.access[kind].function}", GivenValues(self._unit)
+        name = f"{direction}{self._api.access[kind].function}"
+        taken = GivenValues(self._unit, f"{self._api.prefix}{name}")
         function = library_function(self._fmu, self._api, name, [ADDRESS] * len(arguments))
 
         def set_values() -> object:
@@ -131,4 +134,6 @@ class ValueCalls:
                 column[:] = [taken.binary(*each) if binary else taken.string(*each[:2]) for each in given]
             return status
 
-        return set_values if direction == "Set" else get_values
+        moved = set_values if direction == "Set" else get_values
+        moved.__name__ = function.__name__
+        return moved

@@ -154,14 +154,14 @@ class Simulation:
                 self._end(end)
                 continue
             if status:
-                self._checked(self._units[unit], status)
+                self._checked(self._units[unit], status, function)
 
     def _end(self, end: EndRequested) -> None:
         self.ended = self.ended or end
 
-    def _checked(self, unit: Unit, status: object) -> None:
+    def _checked(self, unit: Unit, status: object, function: object = None) -> None:
         if isinstance(status, int) and is_failure(status):
-            raise self._fault(unit.name, failure_reason(unit, status))
+            raise self._fault(unit.name, failure_reason(unit, status, function))
         unit.warned(status)
 
     def _fault(self, unit: str, reason: str) -> SimulationError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
+from fmus.toolchain.last_call import name_of
 from fmus.units.unit import DEFAULT_SETUP, EndRequested, ExperimentSetup, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import events_of
@@ -95,7 +96,7 @@ class RunningUnits:
             unit.close()
 
 
-def failure_reason(unit: Unit, status: int) -> str:
+def failure_reason(unit: Unit, status: int, function: object = None) -> str:
     """What a unit did that returned the FMI status of a failure, and what it said about it."""
     words = {
         2: "discarded the step",
@@ -104,4 +105,6 @@ def failure_reason(unit: Unit, status: int) -> str:
         5: "returned `pending`, which nobody asked for",
     }
     said = "; ".join(unit.messages.said())
-    return words.get(status, f"returned the status {status}, which FMI does not have") + (f": {said}" if said else "")
+    what = words.get(status, f"returned the status {status}, which FMI does not have")
+    name = name_of(function) or unit.called
+    return (f"`{name}` " if name else "") + what + (f": {said}" if said else "")
