@@ -28,7 +28,7 @@ def plain(text: str | bytes | None, longest: int = LONGEST_MESSAGE) -> str:
     line = " ".join(begin.split())
     if not line.isprintable():
         line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
-    return line if len(line) <= longest and len(begin) == len(text) else f"{line[:longest]} ..."
+    return line if len(line) <= longest and len(text) <= _READ_PER_SHOWN * longest else f"{line[:longest]} ..."
 
 
 def printed(text: str) -> str:

@@ -40,6 +40,10 @@ class QuickCall(IntEnum):
         return self.name.lower()
 
 
+_CALLS: Final = tuple(QuickCall)
+"""The methods by their numbers."""
+
+
 class QuickRequest(NamedTuple):
     """A request for a call."""
 
@@ -90,8 +94,8 @@ class ControlBlock:
         while not self._requests.is_past(self._seen, _IDLE):
             pass
         self._seen = (self._seen + 1) & 0xFFFFFFFF
-        call, *others = _REQUEST.unpack_from(self._memory, _REQUEST_AT)
-        return QuickRequest(QuickCall(call), *others)
+        call, set_first, get_after, t, h = _REQUEST.unpack_from(self._memory, _REQUEST_AT)
+        return QuickRequest(_CALLS[call], set_first, get_after, t, h)
 
     def answer(self, status: int = 0, *, message: bool = False) -> None:
         """In the child: say that the request was carried out.

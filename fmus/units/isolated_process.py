@@ -136,17 +136,17 @@ class _Host:
         A unit that asks for the end of the run may still be read.
         """
         unit, value, asked = self._unit, None, None
-        if set_first and (status := self._heard(carry_out(unit.setters()))):
+        if set_first and (status := carry_out(unit.setters())) and (status := self._heard(status)):
             return status
         try:
             if (value := method(*arguments)) and method in self._quick.values():
                 value = self._heard(value)
         except EndRequested as end:
             asked = end
-        if is_failure(value):
+        if value and is_failure(value):
             return value
-        if get_after and (status := self._heard(carry_out(unit.getters()))) and not value:
-            value = status
+        if get_after and (status := carry_out(unit.getters())) and not value:
+            value = self._heard(status)
         if asked is not None:
             raise asked
         return value
