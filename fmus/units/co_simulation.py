@@ -175,7 +175,7 @@ class Fmu3Unit(CoSimulationUnit):
     def _flagged(self, status: int, t: float, end: float) -> object:
         """The status of a step from `t` to `end` [s] after which the FMU asks for something. Raises `EndRequested`."""
         _, terminate, early = (bool(flag) for flag in self._flags.raw)
-        reached = self._reached.value
+        reached, self._failed_in = self._reached.value, name_of(self._do_step)
         if early and reached != _NOT_WRITTEN and not _is_within(t, reached, end):
             where = f"in the step from {t:g} s to {end:g} s"
             self.messages.append(f"it returned early, and says that it has reached {reached:g} s {where}")

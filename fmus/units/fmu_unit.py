@@ -234,10 +234,6 @@ class FmuUnit(Unit):
     @override
     def terminate(self) -> None:
         self._check("it could not be terminated", self._fmu.terminate)
-        if self.warnings > 1:
-            self.remark(f"its calls returned {self.warnings} warnings in all")
-        elif self.messages and not self.warnings:
-            self.remark(f"it wrote: {'; '.join(self.messages.said())}")
 
     def reset(self) -> None:
         """Return to the state after the instance was made; `enter_initialization` has to follow. Raises `UnitError`."""

@@ -152,6 +152,8 @@ class UnitReply:
     value: bool | int | list[str] | None = None
     messages: tuple[Message, ...] = ()
     remarks: tuple[str, ...] = ()
+    warnings: int = 0
+    """How many calls have returned a warning so far."""
     texts: list[list[Any]] = field(default_factory=list[list[Any]])
     """The outputs that are texts or bytes, type by type."""
     raised: Raised | None = None

@@ -107,7 +107,8 @@ class _Host:
         messages, remarks = tuple(unit.messages), tuple(unit.remarks[self._told :])
         unit.messages.clear()
         self._told = len(unit.remarks)
-        return UnitReply(value, messages, remarks, texts(self._outputs), None if raised is None else Raised.of(raised))
+        error = None if raised is None else Raised.of(raised)
+        return UnitReply(value, messages, remarks, unit.warnings, texts(self._outputs), error)
 
     def carry_out(self, call: UnitCall) -> UnitReply:
         """Call a method of the unit."""

@@ -63,6 +63,7 @@ class IsolatedUnit(Unit):
         """Take over what a reply contains, and give its value. Raises what the FMU's unit raised."""
         for text, status in reply.messages:
             self.messages.append(text, status)
+        self.warnings = reply.warnings
         for remark in reply.remarks:
             self.remark(plain(remark, _LONGEST_REMARK))
         try:

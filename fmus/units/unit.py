@@ -132,6 +132,13 @@ class Unit(ABC):
                 said = "; ".join(self.messages.said())
                 self.remark(f"{function} returned a warning" + (f": {said}" if said else ""))
 
+    def tell_messages(self) -> None:
+        """Note what the unit wrote without having failed, and how often it warned; called once, at the end."""
+        if self.warnings > 1:
+            self.remark(f"its calls returned {self.warnings} warnings in all")
+        elif self.messages and not self.warnings:
+            self.remark(f"it wrote: {'; '.join(self.messages.said())}")
+
     @abstractmethod
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         """Use other memory from now on; setters and getters have to be requested again.

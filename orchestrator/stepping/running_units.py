@@ -90,6 +90,7 @@ class RunningUnits:
             if name in self._initialised and name != self.failed:
                 try:
                     unit.terminate()
+                    unit.tell_messages()
                 except UnitError as error:
                     unit.remarks.append(error.reason)
             self._initialised.discard(name)

@@ -21,8 +21,6 @@ _STEP = {
     "early before": "it returned early, and says that it has reached",
     "early after": "it returned early, and says that it has reached",
     "early NaN": "it returned early, and says that it has reached nan s",
-    "flags": "",
-    "terminate NaN": "",
 }
 _TOLD = {
     "last before": "it says that it has reached",
@@ -84,7 +82,10 @@ put(_GROUP, "me3", ("fmi3GetContinuousStateDerivatives",), {"NaN": "", "infinity
 put(_GROUP, "me3", ("fmi3GetNumberOfContinuousStates", "fmi3GetNumberOfEventIndicators"), {"huge size": ""}, 1)
 put(_GROUP, "clocked", _CLOCKED, ENDS | {n: STATUSES[n] for n in ("error", "negative", "status 99")}, 1, rows=1)
 put(_GROUP, "clocked", ("fmi3UpdateDiscreteStates",), {"for ever": "do not come to rest"}, 1, rows=1)
-put(_GROUP, "clocked", ("fmi3DoStep",), _STEP, 1, rows=1)
+_MOVES = {"early without a move": "without having moved"}
+_MOVES |= dict.fromkeys(("early before", "early after", "early NaN", "terminate NaN"), "it says that it has reached")
+put(_GROUP, "clocked", ("fmi3DoStep",), _MOVES, 1, rows=1)
+put(_GROUP, "clocked", ("fmi3DoStep",), {"early": "", "flags": ""}, 0)
 put(
     _GROUP,
     "3",

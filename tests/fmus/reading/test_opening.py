@@ -424,7 +424,7 @@ def test_steps_that_fail_end_the_run_with_all_rows(good, tmp_path, version, stat
         with pytest.raises(SimulationError) as error:
             simulation.run()
         assert len(simulation.frame()) == 4
-    assert str(error.value) == f"tick 3 (t = 0.3 s), unit `m`: {words}"
+    assert str(error.value) == f"tick 3 (t = 0.3 s), unit `m`: `fmi{version}DoStep` {words}"
 
 
 CHATTY = """
@@ -455,7 +455,7 @@ def test_an_fmi2_unit_that_logs_when_it_is_asked_to_says_why_a_step_failed(tmp_p
     path = pack(tmp_path / "m.fmu", Version.FMI2, text, library(tmp_path / "c", Version.FMI2, CHATTY))
     with pytest.raises(SimulationError) as error:
         simulate(System({"m": Fmu(path)}, {}), h=0.1, until=1.0)
-    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: discarded the step: no root beyond 0.25 s"
+    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: `fmi2DoStep` discarded the step: no root beyond 0.25 s"
 
 
 def test_outputs_that_are_no_numbers_end_the_run(good, tmp_path, version):

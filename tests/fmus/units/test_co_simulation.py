@@ -113,7 +113,7 @@ def test_an_fmu_that_does_not_run_without_the_stop_time_is_told_it(version, flag
 def test_a_first_step_that_fails_in_any_case_is_an_ordinary_fault(version):
     with pytest.raises(SimulationError) as error:
         finished(alone(traced(version, "FAILS_AT=0.05")))
-    assert str(error.value) == "tick 0 (t = 0 s), unit `m`: returned an error"
+    assert str(error.value) == "tick 0 (t = 0 s), unit `m`: `fmi2DoStep` returned an error"
 
 
 @BOTH
@@ -187,7 +187,7 @@ def test_an_early_return_that_was_not_allowed_is_a_fault():
     with pytest.raises(SimulationError) as error:
         finished(alone(traced(Version.FMI3, "EARLY_UNASKED=0.35")))
     assert str(error.value) == (
-        "tick 3 (t = 0.3 s), unit `m`: returned an error:"
+        "tick 3 (t = 0.3 s), unit `m`: `fmi3DoStep` returned an error:"
         " the FMU returned early, at 0.35 s, which it was not allowed to"
     )
 

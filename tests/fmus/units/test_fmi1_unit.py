@@ -164,7 +164,7 @@ def test_a_step_that_fails_ends_the_run(slave, tmp_path):
     path = copied(slave, tmp_path / "m.fmu", {binary_path(Version.FMI1, "m"): binary.read_bytes()})
     with pytest.raises(SimulationError) as error:
         simulate(System({"m": Fmu(path)}, {}, held=HELD), h=0.1, until=1.0)
-    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: returned an error"
+    assert str(error.value) == "tick 3 (t = 0.3 s), unit `m`: `fmiDoStep` returned an error"
 
 
 def test_sources_of_fmi_1_are_compiled(slave, tmp_path):

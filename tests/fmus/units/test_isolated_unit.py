@@ -97,7 +97,7 @@ def test_a_process_that_hangs_is_ended(tmp_path):
 
 def test_errors_come_with_what_the_fmu_says(tmp_path):
     path = made(tmp_path, '#define STATUS (t > 0.25 ? fmi3Error : 0)\n#include "echo3.c"')
-    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: returned an error", 4)
+    assert failing(path) == ("tick 3 (t = 0.3 s), unit `m`: `fmi3DoStep` returned an error", 4)
 
 
 def test_what_cannot_be_instantiated_is_refused_as_in_this_process(tmp_path):

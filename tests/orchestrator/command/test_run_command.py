@@ -44,7 +44,7 @@ def test_a_single_fmu_runs_and_may_die_in_a_process_of_its_own(macrostep, in_tmp
     pack(in_tmp_path / "m.fmu", Version.FMI3, text, library(in_tmp_path / "made", Version.FMI3, source))
     code, _, err = macrostep("run", "m.fmu", "--stop-time", 1, "--isolate", "fmu:30", "--out", "r")
     assert code == 1
-    assert "tick 3 (t = 0.3 s), unit `fmu`: its process died in `step` (SIGSEGV)" in " ".join(err.split())
+    assert "tick 3 (t = 0.3 s), unit `fmu`: its process died in `fmi3DoStep` (SIGSEGV)" in " ".join(err.split())
     assert pd.read_parquet("r/signals.parquet")["time"].tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3])
 
 

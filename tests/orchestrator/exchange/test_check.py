@@ -164,7 +164,7 @@ def test_a_library_is_tried_and_may_die_of_it(in_tmp_path, macrostep):
     assert code == 1
     assert "  cannot be started here\n" in out
     assert err == (
-        "macrostep: m.fmu: found an FMU that cannot be started (its process died in `instantiate` (SIGSEGV));"
+        "macrostep: m.fmu: found an FMU that cannot be started (its process died in `fmi2Instantiate` (SIGSEGV));"
         " valid: one that can be run. Ask its maker for another.\n"
     )
 

@@ -22,7 +22,7 @@ def test_a_first_step_that_fails_is_told_as_what_it_is(tmp_path):
     trial = try_first_step(path, lenient=False)
     assert trial.reached == "can be instantiated here, and cannot step"
     assert [str(problem) for problem in trial.problems] == [
-        f"{path}: found an FMU whose first step fails (returned an error); valid: one that can be run."
+        f"{path}: found an FMU whose first step fails (`fmi2DoStep` returned an error); valid: one that can be run."
         " Ask its maker for another."
     ]
 
@@ -30,4 +30,4 @@ def test_a_first_step_that_fails_is_told_as_what_it_is(tmp_path):
 def test_an_fmu_that_dies_in_its_step_takes_nobody_along(tmp_path):
     path = made(tmp_path, "#define STATUS *(volatile int *)8")
     (problem,) = try_first_step(path, lenient=False).problems
-    assert problem.found == "an FMU whose first step fails (its process died in `step` (SIGSEGV))"
+    assert problem.found == "an FMU whose first step fails (its process died in `fmi2DoStep` (SIGSEGV))"
