@@ -178,7 +178,8 @@ def amount_in(unit: str, key: str, amount: Amount, problems: list[Problem], *, p
         return None
     value = float(to_unit(_float(amount.value)))
     if not math.isfinite(value) or (positive and value <= 0):
-        problems.append(Problem(key, f"{amount.value}", f"a {'positive' if positive else 'finite'} number"))
+        found = f"{amount.value}" if isinstance(amount.value, int | float) else f"`{amount.value}`"
+        problems.append(Problem(key, found, f"a {'positive' if positive else 'finite'} number"))
         return None
     return value
 

@@ -16,6 +16,8 @@ from orchestrator.system.source import UnitSource
 from orchestrator.system.value_texts import from_text, typed
 
 _Source = TypeVar("_Source", bound=UnitSource)
+_MOST_SIGNS: Final = 100
+"""The most signs `=` that a name may have."""
 _MOST_LISTED: Final = 60
 """The most names that a message lists as valid."""
 
@@ -38,7 +40,7 @@ class Setting:
 
     def splits(self) -> Iterator[tuple[str, str]]:
         """The names that it may mean, each with the value that then follows; the longest first."""
-        parts = self.assignment.split("=")
+        parts = self.assignment.split("=", _MOST_SIGNS)
         for n in range(len(parts) - 1, 0, -1):
             yield "=".join(parts[:n]), "=".join(parts[n:])
 

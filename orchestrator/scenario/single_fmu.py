@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -91,10 +91,17 @@ def _problems(fmu: Fmu, resolved: Resolution) -> Iterator[Problem]:
     problems = [p for name, start in own.items() for p in quantities[name].problems(resolved.path(name), start)]
     values = {resolved.path(name): value for name, value in {**own, **resolved.values}.items()}
     for problem in (*resolved.problems, *problems):
-        value = np.asarray(values.get(problem.where))
-        special = value.dtype.kind == "f" and not np.isfinite(value).all()
+        special = _has_special(values.get(problem.where))
         lenient = special and fmu.archive.version is not Version.FMI3 and not problem.remedy
         yield replace(problem, remedy="Take it as it is with --lenient.") if lenient else problem
+
+
+def _has_special(value: Any) -> bool:
+    """Whether a number of a value is infinite or NaN; the value may have any form."""
+    if isinstance(value, list):
+        return any(map(_has_special, cast(list[Any], value)))
+    numbers = np.asarray(value)
+    return numbers.dtype.kind == "f" and not np.isfinite(numbers).all()
 
 
 def _times(

@@ -21,11 +21,16 @@ from numpy.typing import NDArray
 from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity
+from orchestrator.system.contents import read_bytes
+from orchestrator.system.parquet_tables import read_parquet
 
 TIME: Final = "time"
 _SECOND: Final = Quantity("s", "the unit of measurement of times")
 _HEADER: Final = re.compile(r"(?P<name>.*?)\s+\[(?P<unit>[^\[\]]*)\]")
 _VALID: Final = "a table: a .csv or .parquet file with the column `time` first, and one for each input"
+
+LARGEST_TABLE: Final = 4 * 2**30
+"""[byte] The largest file of a table."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +80,8 @@ def read_table(path: Path, where: str | None = None) -> TableFile:
     where = where or str(path)
     if path.suffix not in {".csv", ".parquet"}:
         raise refuse(where, f"a file ending in `{path.suffix}`", _VALID)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise refuse(where, f"a file that cannot be read ({error.strerror})", _VALID) from error
-    columns, lines, is_run = (_csv if path.suffix == ".csv" else _parquet)(content, where)
+    content = read_bytes(path, where, _VALID, LARGEST_TABLE)
+    columns, lines, is_run = _csv(content, where) if path.suffix == ".csv" else _parquet(path, where)
     if not columns or columns[0].name.lower() != TIME:
         first = f"the first column `{columns[0].name}`" if columns else "no columns"
         raise refuse(where, first, _VALID)
@@ -146,10 +148,13 @@ def _csv(content: bytes, where: str) -> _Content:
     reader = csv.reader(io.StringIO(text), delimiter=delimiter, skipinitialspace=True)
     rows: list[list[str]] = []
     lines: list[int] = []
-    for row in reader:
-        if any(cell.strip() for cell in row):
-            rows.append([cell.strip() for cell in row])
-            lines.append(reader.line_num)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append([cell.strip() for cell in row])
+                lines.append(reader.line_num)
+    except csv.Error as error:
+        raise refuse(f"{where}, line {reader.line_num}", f"what is no CSV ({error})", _VALID) from error
     if not rows:
         return [], [], False
     names, *body = rows
@@ -166,20 +171,14 @@ def _csv(content: bytes, where: str) -> _Content:
     return columns, lines[1:], False
 
 
-def _parquet(content: bytes, where: str) -> _Content:
-    import pyarrow as pa  # noqa: PLC0415 - slow to import, and most runs have no such table
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
-    try:
-        table: Any = pq.ParquetFile(io.BytesIO(content)).read()
-    except (OSError, ValueError, pa.ArrowException) as error:
-        raise refuse(where, "a file that is no parquet", _VALID) from error
+def _parquet(path: Path, where: str) -> _Content:
+    table = read_parquet(path, where, _VALID)
     columns: list[TableColumn] = []
     for item in table.schema:
         unit = (item.metadata or {}).get(b"unit")
         match = _HEADER.fullmatch(item.name)
         name = match["name"] if match else str(item.name)
-        given = unit.decode() if unit else match["unit"] if match else None
+        given = unit.decode("utf-8", "replace") if unit else match["unit"] if match else None
         columns.append(TableColumn(name, given or None, table.column(item.name).to_pylist))
     is_run = b"macrostep" in (table.schema.metadata or {})
     return columns, range(1, table.num_rows + 1), is_run

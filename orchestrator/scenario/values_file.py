@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.problem import Problem, raise_if_any
+from orchestrator.system.contents import read_text
 
 _MARK: Final = "@"
 _COMMENT: Final = re.compile(r"(^|\s)#.*")
@@ -29,12 +30,7 @@ def expanded(texts: Sequence[str]) -> list[str]:
 
 def _lines(path: Path) -> list[str]:
     where = f"--set {_MARK}{path}"
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise refuse(where, f"a file that cannot be read ({error.strerror})", f"a file of lines {_VALID}") from error
-    except UnicodeDecodeError as error:
-        raise refuse(where, "a file that is no text", f"a file of lines {_VALID}") from error
+    content = read_text(path, where, f"a file of lines {_VALID}")
     lines = [(i + 1, _COMMENT.sub("", line).strip()) for i, line in enumerate(content.splitlines())]
     raise_if_any(_problems(where, lines))
     return [f"{m['path']}={m['value']}" for _, line in lines if (m := _ASSIGNMENT.fullmatch(line))]

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, Final, TypeVar, cast, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
+from fmus.toolchain.door import exception_in_words, reading
+from orchestrator.system.contents import read_text
 
+_TOML: Final = "a TOML file"
+_NUMBER: Final = "whole numbers of up to 64 bits"
+_LARGEST: Final = 2**64
+_LONG_NUMBER: Final = re.compile(r"[0-9_]{4000,}")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
@@ -30,12 +37,29 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         RequestError: The file cannot be read, or is not valid TOML; the message then has the line.
     """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise refuse(str(path), f"a file that cannot be read ({error})", "a TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise refuse(str(path), f"text that is no TOML ({error})", "a TOML file") from error
+    where = str(path)
+    text = read_text(path, where, _TOML, only_files=True)
+    with reading(where, _TOML):
+        try:
+            content = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise refuse(where, f"text that is no TOML ({error})", _TOML) from error
+        except ValueError as error:  # Python reads no number of so many digits, and tells no line
+            long = _LONG_NUMBER.search(text)
+            line = f", line {text.count(chr(10), 0, long.start()) + 1}" if long else ""
+            raise refuse(f"{where}{line}", f"a value that cannot be read ({exception_in_words(error)})", _NUMBER) from error
+    raise_if_any(Problem(f"{where}: {key}", f"a number of {digits} digits", _NUMBER) for key, digits in _too_large(content))
+    return content
+
+
+def _too_large(value: Any, key: str = "") -> Iterator[tuple[str, int]]:
+    """The keys of whole numbers that no variable of FMI could hold, with their digits."""
+    if isinstance(value, dict | list):
+        table = cast(dict[Any, Any], value if isinstance(value, dict) else dict(enumerate(value)))  # type: ignore[unknown]
+        for name, item in table.items():
+            yield from _too_large(item, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, int) and abs(value) >= _LARGEST:
+        yield key, int(value.bit_length() * 0.30103) + 1
 
 
 def checked(model: type[_Model], content: Mapping[str, Any], where: str) -> _Model:

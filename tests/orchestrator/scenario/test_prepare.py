@@ -181,4 +181,5 @@ def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
     path.write_text(path.read_text().replace("value = 0.01", "value = inf"))
     assert wrong(str(path)) == ["plant.step: found `inf` in `s`; valid: a positive number in `s`"]
     path.write_text(text.replace("{ value = 1.0", f"{{ value = {10**309}"))
-    assert wrong(str(path)) == [f"experiment.stop_time: found `{10**309}` in `s`; valid: a number in `s`"]
+    found = "found a number of 310 digits; valid: whole numbers of up to 64 bits"
+    assert wrong(str(path)) == [f"{path}: experiment.stop_time.value: {found}"]

@@ -1,0 +1,38 @@
+"""Parquet files of unknown state, which pyarrow reads in a process of its own: damaged ones crash it, or hang it."""
+# pyright: basic
+# pyarrow carries no types; everything that leaves this file is annotated.
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from components.interfaces.problem import refuse
+from fmus.toolchain.asked_library import ask_library
+from fmus.toolchain.door import reading
+
+
+def read_parquet(path: Path, where: str, valid: str, remedy: str = "") -> Any:
+    """All rows of a parquet file, or of a folder of such.
+
+    Args:
+        path: The file, or the folder.
+        where: What messages call it.
+        valid: What it should be, as messages say it.
+        remedy: What to do about one that cannot be read.
+
+    Returns:
+        The table of pyarrow, whose columns have different names.
+
+    Raises:
+        RequestError: It cannot be read.
+    """
+    rows = ask_library("orchestrator.system.parquet_process", str(path), where, valid, remedy)
+    import pyarrow as pa  # noqa: PLC0415 - slow to import, and most runs read none
+
+    with reading(where, valid, remedy):
+        table = pa.ipc.open_stream(rows).read_all()
+    if twice := sorted(str(name) for name, number in Counter(table.column_names).items() if number > 1):
+        raise refuse(where, f"two columns `{twice[0]}`", "a name of its own for each column", remedy)
+    return table
