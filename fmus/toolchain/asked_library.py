@@ -1,92 +1,114 @@
-"""Libraries that crash, hang or take all memory on damaged files are asked in a child process, with limits of both.
+"""Libraries that crash, hang or take all memory on damaged files read these in a child process, with limits of both.
 
-The parent calls `ask_library` with a module that calls `answer_once`.
+The parent calls `in_plain_form` with a module that calls `answer`. The content goes through a file, because it may be
+large, in a form that is read without a parser.
 """
 
 from __future__ import annotations
 
-import gc
 import os
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final, TypeAlias
 
 from components.interfaces.problem import refuse
-from fmus.toolchain.child_process import (
-    ChildDiedError,
-    ChildProcess,
-    ChildSilentError,
-    ParentProcess,
-    death_in_words,
-)
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, death_in_words
+from fmus.toolchain.child_process import ChildProcess, ParentProcess
 from fmus.toolchain.door import exception_in_words
+from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
 
-LIBRARY_TIME: Final = 120.0
-"""[s] The time in which a library has to read a file."""
-LIBRARY_MEMORY: Final = 8 * 2**30
-"""[byte] The memory that it may take for that."""
+_Child: TypeAlias = ChildProcess[str]
+_kept: list[dict[str, _Child]] = []
+"""The processes that are asked again, by their module, in the innermost block of `readers_kept`."""
+_SHOWN: Final = 200
+"""The characters of a reason that a message shows."""
 
 
-def ask_library(  # noqa: PLR0913 - the four parts of a refusal
-    module: str, request: object, where: str, valid: str, remedy: str = "", within: float = LIBRARY_TIME
-) -> Any:
-    """Let a child process read a file.
+@contextmanager
+def readers_kept() -> Generator[None]:
+    """In the block, a process that has read a file reads the next ones, too; else each file has one of its own."""
+    _kept.append({})
+    try:
+        yield
+    finally:
+        for child in _kept.pop().values():
+            _end(child)
+
+
+def in_plain_form(  # noqa: PLR0913 - the four parts of a refusal
+    module: str, source: Path, target: Path, where: str, valid: str, remedy: str = ""
+) -> None:
+    """Let a child process read a file, and write what it has read in a plain form.
 
     Args:
         module: The module that the child runs.
-        request: What it is asked.
-        where: The file, as messages name it.
+        source: The file.
+        target: The file that is written.
+        where: The first file, as messages name it.
         valid: What it should be, as messages say it.
         remedy: What to do about one that cannot be read.
-        within: The time [s] that it may take.
-
-    Returns:
-        Its answer.
 
     Raises:
-        RequestError: It raised an exception, died, or took too long.
+        RequestError: It cannot be read, or reading it ends the process, or takes too long.
     """
+    kept = _kept[-1].pop(module, None) if _kept else None
+    reason, lives = _asked(module, kept, source, target)
+    if kept is not None and not lives:  # what former files have done to a process must not concern this one
+        reason, _ = _asked(module, None, source, target)
+    if reason:
+        raise refuse(where, reason, valid, remedy)
+
+
+def _asked(module: str, child: _Child | None, source: Path, target: Path) -> tuple[str, bool]:
+    """Why a file cannot be read, in words, empty where it was; and whether the process that was asked lives."""
     with open(os.devnull, "wb") as nothing:  # noqa: PTH123 - a library may print its panic
-        child = ChildProcess(module, errors=nothing)
-        try:
-            answer = child.ask(request, within)
-        except ChildDiedError as error:
-            found = f"a file that ends the process that reads it ({death_in_words(error.death)})"
-            raise refuse(where, found, valid, remedy) from error
-        except ChildSilentError as error:
-            raise refuse(where, f"a file that takes more than {within:g} s to read", valid, remedy) from error
-        finally:
-            child.kill()
-            child.close()
-    if "error" in answer:
-        raise refuse(where, f"a file that cannot be read ({answer['error']})", valid, remedy)
-    return answer["value"]
+        child = child or ChildProcess(module, str, errors=nothing)
+    lives = False
+    try:
+        reason = child.ask((str(source), str(target)), LIBRARY_TIME)
+        lives = True
+    except ChildDiedError as error:
+        reason = f"a file that ends the process that reads it ({death_in_words(error.death)})"
+    except ChildSilentError as error:
+        reason = f"a file that takes more than {error.within:g} s to read"
+    if lives and _kept:
+        _kept[-1][module] = child
+    else:
+        _end(child)
+    return reason, lives
 
 
-def answer_once(read: Callable[[Any], Any]) -> None:
-    """In the child: answer one request, within the limit of memory.
+def _end(child: _Child) -> None:
+    child.kill()
+    child.close()
+
+
+def answer(convert: Callable[[str, str], None]) -> None:
+    """In the child: read files, within the limit of memory, until the parent asks no more.
 
     Args:
-        read: Gives the answer to a request: values, lists and dictionaries of such, and bytes.
+        convert: Reads one file, and writes another.
     """
     parent = ParentProcess()
     parent.end_with_parent()
-    try:
-        request = parent.request()
-        _limit_memory()
-        parent.answer(_answer(read, request))
-    except EOFError:  # nobody waits for it any more
-        return
-    os._exit(0)  # a library that has read damaged data may crash when its objects go
+    _limit_memory()
+    while True:
+        try:
+            source, target = parent.request()
+            parent.answer(_reason(convert, source, target))
+        except EOFError:
+            os._exit(0)  # what a library has read from damaged data may not be fit to be released
 
 
-def _answer(read: Callable[[Any], Any], request: Any) -> dict[str, Any]:
-    gc.disable()
+def _reason(convert: Callable[[str, str], None], source: str, target: str) -> str:
     try:
-        return {"value": read(request)}
+        convert(source, target)
     except Exception as error:  # noqa: BLE001 - the parent tells it
-        return {"error": exception_in_words(error)}
-    except BaseException as error:  # noqa: BLE001 - so do libraries in Rust raise a panic
-        return {"error": f"{type(error).__name__}: {error}"[:200]}
+        return f"a file that cannot be read ({exception_in_words(error)})"
+    except BaseException as error:  # noqa: BLE001 - a panic of a library in Rust
+        return f"a file that cannot be read ({' '.join(f'{type(error).__name__}: {error}'.split())[:_SHOWN]})"
+    return ""
 
 
 def _limit_memory() -> None:
@@ -96,5 +118,5 @@ def _limit_memory() -> None:
         return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _, highest = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = LIBRARY_MEMORY if highest == resource.RLIM_INFINITY else min(LIBRARY_MEMORY, highest)
-    resource.setrlimit(resource.RLIMIT_AS, (wanted, highest))
+    limit = LIBRARY_MEMORY if highest == resource.RLIM_INFINITY else min(LIBRARY_MEMORY, highest)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, highest))

@@ -88,3 +88,7 @@ LARGEST_MODELICA: Final = 16 * 2**20
 """[byte] The longest Modelica file."""
 MOST_UNKNOWNS: Final = 10_000
 """The most elements of all variables of a Modelica model, and the most equations."""
+LIBRARY_TIME: Final = 120.0
+"""[s] The time in which pyarrow or Rerun has to read a file in a process of its own."""
+LIBRARY_MEMORY: Final = 16 * 1024**3
+"""[byte] The address space of that process."""

@@ -43,6 +43,7 @@ def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str,
     return settings
 
 
+_TICKS = re.compile(r"[0-9]{1,18}")
 _RECORD = "PATTERN or PATTERN:N, N a whole number of ticks"
 
 
@@ -64,7 +65,7 @@ def parse_record(texts: Sequence[str]) -> dict[str, int]:
         pattern, colon, every = text.rpartition(":")
         if not colon:
             choice[text] = 1
-        elif pattern and every.isdecimal():
+        elif pattern and _TICKS.fullmatch(every):
             choice[pattern] = int(every)
         else:
             problems.append(Problem(f"--record {text}", "text of another form", _RECORD, "Try plant.*:10."))

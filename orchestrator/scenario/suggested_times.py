@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from math import isfinite
 from typing import Final
 
 from fmus.unit_interface import SuggestedExperiment
-from orchestrator.system.experiment import STEP, Scenario
+from orchestrator.system.experiment import MOST_TICKS, STEP, Scenario
 
 _MUCH_LONGER: Final = 10
 """How many times longer than the preferred step a step is told although the unit takes any."""
@@ -42,7 +43,7 @@ def whole_steps(start: float, h: float, until: float) -> tuple[float, tuple[str,
         h: The macro step [s].
         until: The stop time that the file says [s].
     """
-    if until < start:  # what is wrong with it is told where the run is prepared
+    if not 0 <= (until - start) / h < MOST_TICKS:  # what is wrong with it is told where the run is prepared
         return until, ()
     ticks = int((until - start) / h + _ROUNDING * max(1.0, abs(until / h)))
     last = start + ticks * h
@@ -58,7 +59,7 @@ def deviations(scenario: Scenario) -> Iterator[str]:
         wished = source.suggested
         h = scenario.h * float(scenario.system.steps.get(name, Fraction(1)))
         ratio = h / wished.fixed_step if wished.fixed_step else 1.0
-        if abs(ratio - round(ratio)) > _ROUNDING * ratio or not round(ratio):
+        if not isfinite(ratio) or abs(ratio - round(ratio)) > _ROUNDING * ratio or not round(ratio):
             yield (
                 f"`{name}` computes in steps of {wished.fixed_step:g} s, of which its step of {h:g} s is no whole"
                 " multiple: its results lie at other times than it is asked for"

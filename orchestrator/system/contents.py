@@ -12,6 +12,7 @@ from fmus.toolchain.door import reading
 
 LARGEST_TEXT: Final = 64 * 2**20
 """[byte] The longest text that a person or a run writes."""
+_AT_ONCE: Final = 2**20
 
 
 def read_bytes(path: Path, where: str, valid: str, largest: int) -> bytes:
@@ -30,13 +31,15 @@ def read_bytes(path: Path, where: str, valid: str, largest: int) -> bytes:
         raise refuse(where, "a device", valid)
     try:
         with path.open("rb") as file:
-            content = file.read(largest + 1)
+            content = bytearray()
+            while len(content) <= largest and (part := file.read(_AT_ONCE)):
+                content += part
     except (OSError, ValueError) as error:  # the name has a NUL, or is none in the encoding of the system
         reason = getattr(error, "strerror", None) or error
         raise refuse(where, f"a file that cannot be read ({reason})", valid) from error
     if len(content) > largest:
         raise refuse(where, f"a file of more than {largest / 2**20:g} MiB", valid)
-    return content
+    return bytes(content)
 
 
 def read_text(path: Path, where: str, valid: str, *, only_files: bool = False) -> str:

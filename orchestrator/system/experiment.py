@@ -17,6 +17,8 @@ from orchestrator.system.system import System
 
 STEP: Final = 0.1
 """[s] The macro step unless a file or a person gives one; SSP itself has no element for it."""
+MOST_TICKS: Final = 10**15
+"""The most steps of a run; NumPy and Rerun count them in 64 bits, and times in floating-point numbers."""
 
 
 class Algorithm(StrEnum):
@@ -85,6 +87,9 @@ class TimeGrid:
             raise refuse("start time", f"{self.start:g} s", "a number of seconds")
         if not (math.isfinite(self.until) and self.until >= self.start):
             raise refuse("stop time", f"{self.until:g} s", f"a number of seconds, {self.start:g} or more")
+        if not (self.until - self.start) / self.h < MOST_TICKS:
+            found = f"{self.until:g} s, which is {(self.until - self.start) / self.h:.3g} steps of {self.h:g} s away"
+            raise refuse("stop time", found, f"at most {MOST_TICKS:.0e} steps", "Choose a longer step.")
         nearest = self.at(self.last_tick)
         if abs(nearest - self.until) > 1e-9 * max(1.0, abs(self.until)):
             after = f" after the start at {self.start:g} s" if self.start else ""

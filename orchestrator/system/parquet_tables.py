@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.problem import refuse
-from fmus.toolchain.asked_library import ask_library
+from fmus.toolchain.asked_library import in_plain_form
 from fmus.toolchain.door import reading
+from fmus.toolchain.scratch import scratch_folder
 
 
 def read_parquet(path: Path, where: str, valid: str, remedy: str = "") -> Any:
@@ -28,11 +29,13 @@ def read_parquet(path: Path, where: str, valid: str, remedy: str = "") -> Any:
     Raises:
         RequestError: It cannot be read.
     """
-    rows = ask_library("orchestrator.system.parquet_process", str(path), where, valid, remedy)
-    import pyarrow as pa  # noqa: PLC0415 - slow to import, and most runs read none
+    with scratch_folder("table") as folder:
+        rows = Path(folder) / "rows"
+        in_plain_form("orchestrator.system.parquet_process", path, rows, where, valid, remedy)
+        import pyarrow as pa  # noqa: PLC0415 - slow to import, and most runs read none
 
-    with reading(where, valid, remedy):
-        table = pa.ipc.open_stream(rows).read_all()
+        with reading(where, valid, remedy), pa.OSFile(str(rows), "rb") as file:
+            table = pa.ipc.open_file(file).read_all()
     if twice := sorted(str(name) for name, number in Counter(table.column_names).items() if number > 1):
         raise refuse(where, f"two columns `{twice[0]}`", "a name of its own for each column", remedy)
     return table

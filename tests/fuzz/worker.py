@@ -17,10 +17,12 @@ import traceback
 import warnings
 from pathlib import Path
 from random import Random
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from components.interfaces.problem import Problem, RequestError
+from fmus.toolchain.asked_library import readers_kept
 from tests.fuzz.kinds import KINDS, Kind, write
+from tests.fuzz.seeds import Files
 
 CPU_LIMIT: Final = 10.0
 """[s] The processor time that may be spent on one input."""
@@ -46,11 +48,16 @@ def main() -> None:
     faulthandler.enable()
     for limit in (signal.SIGPROF, signal.SIGALRM):
         faulthandler.register(limit, chain=True)  # says where the process is before it ends
-    for number in range(int(start), int(stop), int(stride)):
+    with readers_kept():
+        _read_all(kind, int(seed), range(int(start), int(stop), int(stride)), folder, sound, lines)
+
+
+def _read_all(kind: Kind, seed: int, numbers: range, folder: Path, sound: list[Files], lines: IO[str]) -> None:
+    for number in numbers:
         made = folder / "made"
         shutil.rmtree(made, ignore_errors=True)
         made.mkdir()
-        write(kind.damaged(generator(int(seed), name, number), sound), made)
+        write(kind.damaged(generator(seed, kind.name, number), sound), made)
         signal.setitimer(signal.ITIMER_PROF, CPU_LIMIT)
         signal.setitimer(signal.ITIMER_REAL, WALL_LIMIT)
         verdict = _judged(kind, made)
