@@ -38,13 +38,18 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     """
     if not summary:
         return {"status": "cut short: there is no summary.json"}
-    texts = {"scenario": f"{summary['scenario']}: {summary['title']}", "status": summary["status"]}
+    texts: dict[str, str] = {}
+    if "damaged" in summary:
+        texts["damaged"] = str(summary["damaged"])
+    if "scenario" in summary:
+        texts["scenario"] = f"{summary['scenario']}: {summary.get('title', '')}"
+    texts["status"] = summary.get("status", "unknown")
     if "fault" in summary:
         texts |= fault_facts(summary["fault"])
-    for name, unit in summary["units"].items():
+    for name, unit in summary.get("units", {}).items():
         own_process = ", in a process of its own" if "isolated" in unit else ""
         texts[f"unit {name}"] = f"{unit['kind']}, {unit['runs_as']}{own_process}"
-    return texts | dict(summary["versions"])
+    return texts | dict(summary.get("versions", {}))
 
 
 def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:

@@ -7,12 +7,11 @@ The summary is written last: a folder without it belongs to a run that was cut s
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from components.interfaces.problem import Problem, refuse
 from orchestrator.results.claimed_folder import ClaimedFolder, claim
@@ -55,8 +54,6 @@ RUN: Final = Contents(
 
 VALID_RUN: Final = "a run folder, or an .rrd file"
 """What a request for a run may name, as messages put it."""
-_KEYS: Final = {"scenario", "title", "status", "units", "versions"}
-"""The entries of every summary; a file without them is not one."""
 _REMEDY: Final = "Make a run: macrostep run static"
 
 
@@ -130,12 +127,10 @@ class KeptRun:
 
     @cached_property
     def summary(self) -> Mapping[str, Any]:
-        """The content of `summary.json`; empty for a run that was cut short, and for a file that is something else."""
-        try:
-            content = json.loads(((self.folder or Path()) / SUMMARY).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return {}
-        return cast(dict[str, Any], content) if isinstance(content, dict) and content.keys() >= _KEYS else {}
+        """The content of `summary.json`, as far as it is sound; empty for a run that was cut short."""
+        from orchestrator.results.kept_summary import kept_summary  # noqa: PLC0415 - as above
+
+        return kept_summary((self.folder or Path()) / SUMMARY)
 
     @property
     def rows(self) -> Path | None:

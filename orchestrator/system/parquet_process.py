@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -11,7 +13,8 @@ from fmus.toolchain.asked_library import answer
 
 
 def _convert(source: str, target: str) -> None:
-    table = pq.read_table(source, use_threads=False)
+    whole = Path(source).is_file()  # its errors name no file, and so does the message
+    table = pq.ParquetFile(source).read(use_threads=False) if whole else pq.read_table(source, use_threads=False)
     table.validate(full=True)
     columns = [_plain(column) for column in table.columns]
     fields = [pa.field(f.name, c.type, metadata=f.metadata) for f, c in zip(table.schema, columns, strict=True)]

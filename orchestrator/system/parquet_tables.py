@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,3 +40,14 @@ def read_parquet(path: Path, where: str, valid: str, remedy: str = "") -> Any:
     if twice := sorted(str(name) for name, number in Counter(table.column_names).items() if number > 1):
         raise refuse(where, f"two columns `{twice[0]}`", "a name of its own for each column", remedy)
     return table
+
+
+def joined(tables: Sequence[Any]) -> Any:
+    """Tables of pyarrow one below the other; nulls where one lacks a column, or has it with another type."""
+    import pyarrow as pa  # noqa: PLC0415
+
+    if len(tables) == 1:
+        return tables[0]
+    types = {field.name: field.type for table in tables for field in table.schema}
+    same = [table.select([field.name for field in table.schema if field.type == types[field.name]]) for table in tables]
+    return pa.concat_tables(same, promote_options="default")

@@ -17,6 +17,7 @@ from typing import IO, Final
 from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import refuse
+from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
 
 LOOPBACK: Final = "127.0.0.1"
 PORT: Final = 9876
@@ -39,6 +40,49 @@ def executable() -> str:
             if (path := Path(place) / name).is_file():
                 return str(path)
     raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
+
+
+def answer_of(*arguments: str) -> str:
+    """What Rerun's program prints when it is asked about a file; damaged ones may crash it, or hang it.
+
+    Args:
+        arguments: What it is asked.
+
+    Returns:
+        Its words; empty where it does not come to an end.
+
+    Raises:
+        RequestError: There is no such program.
+    """
+    try:
+        done = subprocess.run(  # noqa: S603 - the program that rerun-sdk brings
+            [executable(), *arguments],
+            capture_output=True,
+            check=False,
+            timeout=LIBRARY_TIME,
+            preexec_fn=_with_limits(),
+        )
+    except subprocess.TimeoutExpired:
+        return ""
+    return (done.stdout + done.stderr).decode("utf-8", "replace")
+
+
+def _with_limits() -> Callable[[], object] | None:
+    """What the process does first so that it takes no more memory than it may; None where no system call does it."""
+    try:
+        import resource  # noqa: PLC0415 - only POSIX has it
+    except ImportError:
+        return None
+    with_parent, limit = end_with_parent(), LIBRARY_MEMORY
+    highest = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
+
+    def prepare() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, highest))
+        if with_parent is not None:
+            with_parent()
+
+    return prepare
 
 
 def serve(  # noqa: PLR0913 - what a process is started with

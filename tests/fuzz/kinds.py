@@ -229,12 +229,12 @@ def _read_run(folder: Path) -> object:
 
 
 def _read_recording(folder: Path) -> object:
-    from orchestrator.recording.series_reader import read_series  # noqa: PLC0415
+    from orchestrator.recording.kept_series import kept_series  # noqa: PLC0415
     from orchestrator.viewing import repair, viewer  # noqa: PLC0415
 
     (folder / "scratch").mkdir()
     (run,) = viewer._found([folder / "alone.rrd"], [])
-    read_series(repair.whole_recording(run, folder / "scratch", lambda _: None))
+    kept_series(repair.whole_recording(run, folder / "scratch", lambda _: None), "recording", "one")
     return ()
 
 

@@ -245,9 +245,7 @@ def test_a_file_that_is_no_table_is_refused(fmu, tmp_path):
     assert refusal(fmu, input=str(tmp_path / "a.txt")).endswith(f"found a file ending in `.txt`; {VALID}")
     (tmp_path / "a.parquet").write_text("time")
     told = refusal(fmu, input=str(tmp_path / "a.parquet"))
-    assert told.startswith(
-        f"{tmp_path / 'a.parquet'}: found a file that cannot be read (ArrowInvalid: "
-    )
+    assert told.startswith(f"{tmp_path / 'a.parquet'}: found a file that cannot be read (ArrowInvalid: ")
     assert told.endswith(f"; {VALID}")
     (tmp_path / "a.csv").write_bytes(b"time,v\n0,\xff\n")
     assert refusal(fmu, input=str(tmp_path / "a.csv")).endswith(f"found bytes that are no UTF-8 (at byte 9); {VALID}")
