@@ -90,16 +90,17 @@ def _problem(model: type[BaseModel], where: str, item: Mapping[str, Any]) -> Pro
     location: Sequence[str | int] = item["loc"]
     place = f"{where}: {'.'.join(str(part) for part in location if part != _WRAPPED)}"
     if item["type"] == "missing":
-        return Problem(place, "nothing", "an entry of this name", _hint(location))
+        return Problem(place, "nothing", "an entry of this name", _hint(model, location))
     if item["type"] == "extra_forbidden":
         known = sorted(_model_at(model, location[:-1]).model_fields)
         known = ["value", "unit", "source"] if known == sorted(Given.model_fields) else known
         return Problem(place, "an unknown entry", choices(known), did_you_mean(str(location[-1]), known))
-    return Problem(place, f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(location))
+    return Problem(place, f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(model, location))
 
 
-def _hint(location: Sequence[str | int]) -> str:
-    if location[-1] in Given.model_fields or "parameters" in location:
+def _hint(model: type[BaseModel], location: Sequence[str | int]) -> str:
+    is_part = location[-1] in Given.model_fields and issubclass(_model_at(model, location[:-1]), Given)
+    if is_part or "parameters" in location:
         return 'Write NAME = { value = ..., unit = "...", source = "..." }.'
     return ""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import RequestError, refuse
+from orchestrator.results.kept_summary import DAMAGED
 from orchestrator.results.run_folder import VALID_RUN, KeptRun, parts
 from orchestrator.system.parquet_tables import joined, read_parquet
 from orchestrator.viewing.rerun_program import answer_of
@@ -43,6 +44,7 @@ def whole_recording(run: KeptRun, scratch: Path, tell: Callable[[str], None]) ->
         else:
             state = "no recording.rrd" if run.recording is None else "a recording.rrd that is damaged"
             tell(f"{run.where}: {state}; opening one made from {run.rows.name}")
+            tell_of_summary(run, tell)
             return copy
     return _repaired(run, scratch, tell)
 
@@ -74,6 +76,12 @@ def rows(run: KeptRun, scratch: Path, tell: Callable[[str], None]) -> Mapping[st
         except RequestError as error:
             _tell(error, tell)
     return _from_recording(run, _repaired(run, scratch, tell), tell)
+
+
+def tell_of_summary(run: KeptRun, tell: Callable[[str], None]) -> None:
+    """Name what is damaged in the summary of a run, of which the rest is shown."""
+    if damage := run.summary.get(DAMAGED):
+        tell(f"{run.where}: damaged and left out: {damage}")
 
 
 def _from_recording(run: KeptRun, recording: Path, tell: Callable[[str], None]) -> Mapping[str, Any]:

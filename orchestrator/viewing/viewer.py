@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
+from fmus.toolchain.asked_library import readers_kept
 from fmus.toolchain.scratch import scratch_folder
 from orchestrator.results import run_folder
 from orchestrator.results.run_folder import KeptRun
@@ -96,7 +97,10 @@ def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path
         return repair.whole_recording(runs[0], scratch, tell)
     from orchestrator.viewing.comparison import compare  # noqa: PLC0415 - Rerun is slow to import
 
-    tables = [repair.rows(run, scratch, tell) for run in runs]
+    with readers_kept():
+        tables = [repair.rows(run, scratch, tell) for run in runs]
+    for run in runs:
+        repair.tell_of_summary(run, tell)
     path = scratch / "comparison.rrd"
     compare(runs, tables, differences, path)
     return path

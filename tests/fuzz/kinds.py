@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any, Final, TypeAlias
@@ -228,6 +229,31 @@ def _read_run(folder: Path) -> object:
     return problems or said
 
 
+def _read_summary(folder: Path) -> object:
+    """What `show` makes of a summary beside that of a run in order."""
+    from orchestrator.pictures import pages  # noqa: PLC0415
+    from orchestrator.results.run_folder import KeptRun, find  # noqa: PLC0415
+    from orchestrator.viewing import repair  # noqa: PLC0415
+
+    said: list[str] = []
+    runs = [run for name in ("other", "run") if isinstance(run := find(folder / name), KeptRun)]
+    pages.comparison(["other", "run"], [run.summary for run in runs], [_scenario(runs[0])] * 2)
+    repair.tell_of_summary(runs[1], said.append)
+    return said
+
+
+@cache
+def _sound_scenario() -> list[Any]:
+    return []
+
+
+def _scenario(run: Any) -> Any:
+    """The scenario of a run in order, which is read once: the summaries are what is damaged."""
+    if not _sound_scenario():
+        _sound_scenario().append(run.scenario)
+    return _sound_scenario()[0]
+
+
 def _read_recording(folder: Path) -> object:
     from orchestrator.recording.kept_series import kept_series  # noqa: PLC0415
     from orchestrator.viewing import repair, viewer  # noqa: PLC0415
@@ -272,7 +298,7 @@ KINDS: Final = {
         Kind("options", seeds.options, ((".*json", _options_made),), _read_options),
         Kind("csv", seeds.tables, ((".*csv", _in_text(text_damaged)),), _read_table),
         Kind("parquet", seeds.parquet_tables, ((".*parquet", bytes_damaged),), _read_table),
-        Kind("summary", seeds.runs, (("run/summary.json", json_damaged),), _read_run),
+        Kind("summary", seeds.runs, (("run/summary.json", json_damaged),), _read_summary),
         Kind(
             "run_folder",
             seeds.runs,

@@ -361,11 +361,13 @@ def passports() -> list[Files]:
         "evidence": "e",
         "figures": {"f": {"value": 1.5, "unit": "s"}},
     }
+    experiment = {"step": 0.1, "stop_time": None}
+    identity = {"fmi_version": "3.0", "size": 9, "variables": {"input": 1}, "default_experiment": experiment}
     content = {
         "schema": 1,
         "file": "m.fmu",
         "lines": [line],
-        "identity": {"fmi": "3.0"},
+        "identity": identity,
         "provenance": {"made": "today"},
     }
     return [{"other.passport.json": json.dumps(content).encode()}]

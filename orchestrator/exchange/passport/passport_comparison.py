@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final, cast
 
+from pydantic import BaseModel, ConfigDict
+
 from components.interfaces.problem import refuse
 from orchestrator.exchange.passport.identity import LABELS, fact_text
 from orchestrator.exchange.passport.passport import SCHEMA
 from orchestrator.exchange.passport.passport_line import Mark
+from orchestrator.system.contents import read_json
+from orchestrator.system.files import checked
 
 _TOLD: Final = 1.1
 """The ratio of two figures from which on their difference is told."""
@@ -71,19 +74,52 @@ class PassportComparison:
         }
 
 
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Figure(_Part):
+    value: float
+    unit: str
+
+
+class _KeptLine(_Part):
+    key: str
+    title: str
+    mark: str
+    evidence: str
+    figures: dict[str, _Figure]
+
+
+class _Identity(_Part):
+    default_experiment: dict[str, float | None] | None = None
+    variables: dict[str, int] | None = None
+    size: int | None = None
+
+
+class _Provenance(_Part):
+    made: str | None = None
+
+
+class _KeptPassport(_Part):
+    """What is read of a passport; other entries may be anything."""
+
+    file: str
+    lines: list[_KeptLine]
+    identity: _Identity
+    provenance: _Provenance = _Provenance()
+
+
 def read_passport(path: Path) -> dict[str, Any]:
     """The JSON of a passport. Raises `RequestError`."""
-    try:
-        content: Any = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise refuse(f"--against {path}", "no such file", _VALID) from None
-    except (OSError, ValueError) as error:
-        raise refuse(f"--against {path}", f"a file that cannot be read ({type(error).__name__})", _VALID) from error
+    where = f"--against {path}"
+    content: Any = read_json(path, where, _VALID)
     if not isinstance(content, dict) or not {"schema", "lines", "identity", "file"} <= content.keys():
-        raise refuse(f"--against {path}", "another JSON", _VALID)
+        raise refuse(where, "another JSON", _VALID)
     if content["schema"] != SCHEMA:
-        raise refuse(f"--against {path}", f"schema {content['schema']}", f"schema {SCHEMA}", "Make it again.")
-    return cast(dict[str, Any], content)
+        raise refuse(where, f"schema {content['schema']}", f"schema {SCHEMA}", "Make it again.")
+    checked(_KeptPassport, cast("dict[str, Any]", content), where)
+    return cast("dict[str, Any]", content)
 
 
 def compared_with(before: Mapping[str, Any], after: Mapping[str, Any]) -> PassportComparison:

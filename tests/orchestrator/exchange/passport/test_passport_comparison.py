@@ -84,13 +84,24 @@ def test_figures_and_facts_that_differ_are_told_with_their_units(before):
     ]
 
 
+DEEP = (
+    "something that is nested too deeply (RecursionError: maximum recursion depth exceeded while decoding a JSON array"
+    " from a unicode string)"
+)
+LONG = (
+    "something that cannot be read (ValueError: Exceeds the limit (4300 digits) for integer string conversion: value"
+    " has 5000 digits; use sys.set_int_max_str_digits() to increase the limit)"
+)
+
+
 @pytest.mark.parametrize(
     ("content", "found"),
     [
-        (None, "no such file"),
-        ("no JSON", "a file that cannot be read (JSONDecodeError)"),
+        (None, "a file that cannot be read (No such file or directory)"),
         ("[1]", "another JSON"),
         ('{"schema": 0, "lines": [], "identity": {}, "file": "m"}', "schema 0"),
+        ("[" * 100_000, DEEP),
+        (f"[{'9' * 5000}]", LONG),
     ],
 )
 def test_files_that_are_no_passport_are_refused(tmp_path, content, found):
@@ -100,3 +111,21 @@ def test_files_that_are_no_passport_are_refused(tmp_path, content, found):
     with pytest.raises(RequestError) as error:
         read_passport(path)
     assert str(error.value).startswith(f"--against {path}: found {found}; valid: ")
+
+
+def test_what_is_damaged_in_a_passport_is_told_with_its_place(tmp_path, before):
+    path = tmp_path / "p.json"
+    before["lines"][0]["figures"] = {"speed": {"value": "fast", "unit": "1"}}
+    before["identity"]["variables"] = [3]
+    del before["lines"][1]["mark"]
+    path.write_text(json.dumps({**before, "schema": 1}))
+    with pytest.raises(RequestError) as error:
+        read_passport(path)
+    assert str(error.value).splitlines() == [
+        f"--against {path}: lines.0.figures.speed.value: found `fast`; valid: a valid number",
+        f"--against {path}: lines.1.mark: found nothing; valid: an entry of this name",
+        f"--against {path}: identity.variables: found `[3]`; valid: a valid dictionary",
+    ]
+    path.write_text('{"schema": 1,\n')
+    with pytest.raises(RequestError, match=f"{path}, line 2: found text that is no JSON"):
+        read_passport(path)
