@@ -16,6 +16,7 @@ from orchestrator.scenario.suggested_times import deviations
 from orchestrator.scenario.table_file import read_table
 from orchestrator.stepping import observation
 from orchestrator.stepping.finiteness import ALL
+from orchestrator.system.contents import is_folder
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named, relative_tolerance
 
 
@@ -38,7 +39,7 @@ def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT
         BuildError: The C compiler failed.
     """
     path = Path(request)
-    if path.is_dir():
+    if is_folder(path):
         if not is_run(path):
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / SYSTEM

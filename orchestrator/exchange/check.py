@@ -23,6 +23,7 @@ from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
 from orchestrator.stepping.schedule import schedule
+from orchestrator.system.contents import is_file
 from orchestrator.system.source import Fmu
 
 
@@ -62,8 +63,8 @@ def check(
     """
     if socket is not None and socket not in SOCKETS:
         raise refuse("--socket", f"`{socket}`", choices(SOCKETS), did_you_mean(socket, SOCKETS))
-    if path.suffix not in {".fmu", ".ssp", ".toml"} or not path.is_file():
-        found = "no such file" if not path.is_file() else f"a file ending in `{path.suffix}`"
+    if path.suffix not in {".fmu", ".ssp", ".toml"} or not is_file(path):
+        found = "no such file" if not is_file(path) else f"a file ending in `{path.suffix}`"
         raise refuse(str(path), found, "an .fmu, an .ssp, or the .toml that maps an FMU")
     if out is not None and (socket is None or path.suffix != ".fmu"):
         raise refuse("--out", "a template without an FMU and its socket", "FILE.fmu --socket SOCKET --out FILE.toml")

@@ -10,6 +10,7 @@ from typing import Any, Final, cast
 from components.interfaces.problem import RequestError
 from orchestrator.results import summary
 from orchestrator.results.claimed_folder import reclaim
+from orchestrator.results.kept_summary import DAMAGED
 from orchestrator.results.manifest import remove
 from orchestrator.results.metrics import Chosen
 from orchestrator.results.parquet import FileColumns, merge
@@ -43,7 +44,8 @@ def finish(folder: Path, reason: str, *, interrupted: bool = False, unit: str = 
     """
     with reclaim(folder, RUN) as claimed:
         here = claimed.path
-        if known := KeptRun(str(folder), here, None).summary:
+        known = KeptRun(str(folder), here, None).summary
+        if known and DAMAGED not in known:
             return dict(known)
         if (here / ROWS / MEANING).is_file() and not (here / SIGNALS).is_file():
             merge(parts(here), here / ROWS / MEANING, here / SIGNALS)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from components.interfaces.problem import Problem, refuse
 from orchestrator.results.claimed_folder import ClaimedFolder, claim
 from orchestrator.results.manifest import Contents
+from orchestrator.system.contents import is_file, is_folder
 
 if TYPE_CHECKING:  # opening a whole recording does not need it, and a person waits
     from orchestrator.system.experiment import Scenario
@@ -76,7 +77,7 @@ def new_folder(scenario: str, out: Path | None, here: Path | None = None) -> Cla
 
 def is_run(folder: Path) -> bool:
     """Whether a folder holds a run, whole or cut short."""
-    return (folder / SYSTEM).is_file()
+    return is_file(folder / SYSTEM)
 
 
 def write_system(scenario: Scenario, folder: Path) -> None:
@@ -152,9 +153,9 @@ def find(request: Path) -> KeptRun | Problem:
         The run, or what is wrong with the path.
     """
     where = str(request)
-    if request.is_dir():
+    if is_folder(request):
         return _in_folder(request)
-    if not request.exists():
+    if not is_file(request):
         return Problem(where, "no such file or folder", VALID_RUN, _REMEDY)
     if not _begins_as_recording(request):
         return Problem(where, "a file that is no recording", VALID_RUN, _REMEDY)

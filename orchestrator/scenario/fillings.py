@@ -23,6 +23,7 @@ from orchestrator.scenario.interface_choice import NO_CHOICE, InterfaceChoice
 from orchestrator.scenario.parameters import block_parameters
 from orchestrator.scenario.resolution import Resolution, Setting, resolve, resolve_unit, with_lengths
 from orchestrator.scenario.scenario_file import SocketFilling
+from orchestrator.system.contents import is_file
 from orchestrator.system.files import Given
 from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import Fmu, UnitSource
@@ -117,7 +118,7 @@ def located(filling: SocketFilling, request: str) -> SocketFilling:
     """
     given = {key: text for key in ("fmu", "mapping") if (text := getattr(filling, key)) is not None}
     beside = {key: Path(request).parent / text for key, text in given.items() if request.endswith(".toml")}
-    return filling.model_copy(update={key: str(path) for key, path in beside.items() if path.is_file()})
+    return filling.model_copy(update={key: str(path) for key, path in beside.items() if is_file(path)})
 
 
 def chosen_fmu(

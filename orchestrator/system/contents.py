@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -87,3 +88,13 @@ def _is(path: Path, *kinds: Callable[[int], bool]) -> bool:
     except (OSError, ValueError):
         return False  # reading tells why
     return any(is_so(mode) for is_so in kinds)
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file at a path, which may be none at all: too long, or with a NUL in it."""
+    return os.path.isfile(path)  # noqa: PTH113 - that of pathlib raises an exception
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder at a path, which may be none at all."""
+    return os.path.isdir(path)  # noqa: PTH112 - that of pathlib raises an exception

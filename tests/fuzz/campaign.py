@@ -65,10 +65,11 @@ class Campaign:
         kind: The kind.
         seed: The seed.
         keep: Where inputs are kept that are not refused in words.
+        module: The module that has the kind in its `KINDS`.
     """
 
-    def __init__(self, kind: Kind, seed: int, keep: Path) -> None:
-        self._kind, self._seed, self._keep = kind, seed, keep
+    def __init__(self, kind: Kind, seed: int, keep: Path, module: str = "tests.fuzz.kinds") -> None:
+        self._kind, self._seed, self._keep, self._module = kind, seed, keep, module
         self._sound: list[Files] = kind.seeds()
         self._lock = threading.Lock()
         self.tally = Tally(kind.name)
@@ -108,7 +109,7 @@ class Campaign:
         temporary = folder / "tmp"
         shutil.rmtree(temporary, ignore_errors=True)
         temporary.mkdir()
-        arguments = [self._kind.name, self._seed, start, stop, stride, folder]
+        arguments = [self._module, self._kind.name, self._seed, start, stop, stride, folder]
         number = start
         with (
             (folder / "errors").open("w+b") as errors,

@@ -6,6 +6,7 @@ It prints a line of JSON for each: its number, and what became of it.
 from __future__ import annotations
 
 import faulthandler
+import importlib
 import json
 import os
 import pickle
@@ -21,7 +22,7 @@ from typing import IO, Any, Final
 
 from components.interfaces.problem import Problem, RequestError
 from fmus.toolchain.asked_library import readers_kept
-from tests.fuzz.kinds import KINDS, Kind, write
+from tests.fuzz.kinds import Kind, write
 from tests.fuzz.seeds import Files
 
 CPU_LIMIT: Final = 10.0
@@ -35,15 +36,15 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 
 def main() -> None:
     """Read the inputs of a range of numbers."""
-    name, seed, start, stop, stride, place = sys.argv[1:]
-    kind, folder = KINDS[name], Path(place)
+    module, name, seed, start, stop, stride, place = sys.argv[1:]
+    kind, folder = importlib.import_module(module).KINDS[name], Path(place)
     lines = os.fdopen(os.dup(1), "w")
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     sound = pickle.loads((folder / "sound").read_bytes())  # noqa: S301 - the parent wrote it
     warnings.simplefilter("ignore")
     write(sound[0], folder / "first")
-    _judged(kind, folder / "first")  # imports everything
+    judged(kind, folder / "first")  # imports everything
     _limit_memory()
     faulthandler.enable()
     for limit in (signal.SIGPROF, signal.SIGALRM):
@@ -60,7 +61,7 @@ def _read_all(kind: Kind, seed: int, numbers: range, folder: Path, sound: list[F
         write(kind.damaged(generator(seed, kind.name, number), sound), made)
         signal.setitimer(signal.ITIMER_PROF, CPU_LIMIT)
         signal.setitimer(signal.ITIMER_REAL, WALL_LIMIT)
-        verdict = _judged(kind, made)
+        verdict = judged(kind, made)
         signal.setitimer(signal.ITIMER_PROF, 0)
         signal.setitimer(signal.ITIMER_REAL, 0)
         lines.write(json.dumps({"number": number, **verdict}) + "\n")
@@ -78,7 +79,8 @@ def _limit_memory() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _judged(kind: Kind, folder: Path) -> dict[str, Any]:
+def judged(kind: Kind, folder: Path) -> dict[str, Any]:
+    """What became of the files in a folder."""
     try:
         problems = kind.read(folder)
     except RequestError as error:

@@ -44,7 +44,16 @@ def test_a_summary_that_was_not_written_is_empty(run):
     assert run_folder.find(run).summary == {}
 
 
-@pytest.mark.parametrize("content", ["", "[]", '{"status": "finished"}', '"text"', "{"])
-def test_a_summary_of_something_else_is_as_none(run, content):
+@pytest.mark.parametrize(
+    ("content", "damage"),
+    [
+        ("", ", line 1: text that is no JSON (Expecting value)"),
+        ("[]", ": another JSON"),
+        ('"text"', ": another JSON"),
+        ('{\n"a"', ", line 2: text that is no JSON (Expecting ':' delimiter)"),
+        ('{"status": "finished"}', ": scenario, title, units, versions"),
+    ],
+)
+def test_what_is_damaged_in_a_summary_is_named(run, content, damage):
     (run / "summary.json").write_text(content)
-    assert run_folder.find(run).summary == {}
+    assert run_folder.find(run).summary["damaged"] == f"summary.json{damage}"

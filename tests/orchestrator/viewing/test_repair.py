@@ -69,12 +69,17 @@ def test_rows_that_cannot_be_read_leave_the_recording(run, scratch):
     (run / "signals.parquet").write_bytes(b"PAR1, cut short")
     said = []
     repair.whole_recording(find(run), scratch, said.append)
-    assert said == [f"{run}: the recording was cut short or is damaged; opening a repaired copy of what can be read"]
+    reason = "Parquet magic bytes not found in footer. Either the file is corrupted or this is not a parquet file."
+    found = f"a file that cannot be read (ArrowInvalid: {reason})"
+    assert said == [
+        f"{run / 'signals.parquet'}: {found}; it is not used",
+        f"{run}: the recording was cut short or is damaged; opening a repaired copy of what can be read",
+    ]
     (run / "recording.rrd").unlink()
     with pytest.raises(RequestError) as raised:
         repair.whole_recording(find(run), scratch, said.append)
     assert str(raised.value) == (
-        f"{run / 'signals.parquet'}: found a file that cannot be read; valid: the signals.parquet of a run. "
+        f"{run / 'signals.parquet'}: found {found}; valid: the signals.parquet of a run. "
         "Run it again, or open recording.rrd itself."
     )
 
