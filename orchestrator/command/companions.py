@@ -9,6 +9,8 @@ from orchestrator.command.supervisor import Lifeline
 
 if TYPE_CHECKING:  # the start of the command does not wait for it
     from orchestrator.recording.process import RecordingProcess
+    from orchestrator.run import Execution
+    from orchestrator.viewing.live import LiveStream
 
 
 @dataclass(frozen=True)
@@ -19,3 +21,11 @@ class Companions:
     """Records the run; None for commands that have nothing to record."""
     lifeline: Lifeline
     """Leads to the process that outlives the run."""
+
+    def execution(self, live: LiveStream | None, realtime: float | None) -> Execution:
+        """How a run is executed beside them."""
+        from orchestrator.recording.recording import Afterwards  # noqa: PLC0415 - slow to import
+        from orchestrator.run import Execution  # noqa: PLC0415
+
+        calls = {"begun": self.lifeline.began, "ending": self.lifeline.ends}
+        return Execution(self.recorder or Afterwards(), live, realtime, **calls)

@@ -71,8 +71,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     with ExitStack() as watching:
         with working() as progress:
             from orchestrator.loading import load  # noqa: PLC0415
-            from orchestrator.recording.recording import Afterwards  # noqa: PLC0415
-            from orchestrator.run import Execution, execute  # noqa: PLC0415
+            from orchestrator.run import execute  # noqa: PLC0415
             from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
             beside: Companions = context.obj
@@ -81,14 +80,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             stream = (
                 None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))
             )
-            execution = Execution(
-                beside.recorder or Afterwards(),
-                stream,
-                realtime,
-                begun=beside.lifeline.began,
-                ending=beside.lifeline.ends,
-            )
-            finished = execute(loaded, folder, progress, execution)
+            finished = execute(loaded, folder, progress, beside.execution(stream, realtime))
         print_notes(loaded.remarks + finished.notes)
         _print_summary(finished)
         code = _conclude(finished)

@@ -22,7 +22,7 @@ from orchestrator.exchange.passport.bench import Bench, MeasurementError
 from orchestrator.exchange.passport.experiment_run import Experiment, TimeSeries, drive_experiment, worst_deviation
 from orchestrator.exchange.passport.passport_line import Line, Measured, Topic
 
-MANIFEST: Final = "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml"
+LAYERED_MANIFEST: Final = "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml"
 CARRIED: Final = Topic("smoke.carried", "The smoke tests that it carries can be read")
 
 _ROLES: Final = ("experiment", "experiment/smoke-test")
@@ -48,7 +48,7 @@ def lines(bench: Bench, *, runs: bool) -> list[Line]:
         bench: Where they are run.
         runs: Whether the FMU runs at all.
     """
-    if MANIFEST not in bench.archive.files:
+    if LAYERED_MANIFEST not in bench.archive.files:
         return [CARRIED.does_not_apply("it carries none")]
     found = _Carried()
     try:
@@ -64,11 +64,11 @@ def lines(bench: Bench, *, runs: bool) -> list[Line]:
 
 def carried(archive: Archive) -> _Carried:
     """The smoke tests in an FMU, and what keeps others from being read. Raises `RequestError`."""
-    root = parse_xml(read_file(archive.path, MANIFEST), MANIFEST, "well-formed XML")
+    root = parse_xml(read_file(archive.path, LAYERED_MANIFEST), LAYERED_MANIFEST, "well-formed XML")
     found = _Carried()
     for related in root.iterfind("Related"):
         if related.get("role") in _ROLES:
-            path = _resolved(MANIFEST, related.get("source", ""))
+            path = _resolved(LAYERED_MANIFEST, related.get("source", ""))
             if path not in archive.files:
                 found.faults.append(f"`{related.get('source')}` is not in the file")
                 continue
@@ -107,7 +107,7 @@ def _text(archive: Archive, path: str, node: Any) -> str:
     kind = node.get("type") or (_SSV if node.tag == "Parameters" else _CSV)
     if kind != (_SSV if node.tag == "Parameters" else _CSV):
         raise UnreadableTestError(f"`{node.get('source')}` has the type `{kind}`, which is not read here")
-    for base in (path, MANIFEST):
+    for base in (path, LAYERED_MANIFEST):
         place = _resolved(base, node.get("source") or "")
         if place in archive.files:
             return read_file(archive.path, place).decode("utf-8-sig", "replace")

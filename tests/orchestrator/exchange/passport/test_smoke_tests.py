@@ -9,11 +9,11 @@ import pytest
 from fmus.toolchain.version import Version
 from orchestrator.exchange.passport import smoke_tests
 from orchestrator.exchange.passport.experiment_run import Experiment, TimeSeries, worst_deviation
-from orchestrator.exchange.passport.smoke_tests import MANIFEST, UnreadableTestError, series
+from orchestrator.exchange.passport.smoke_tests import LAYERED_MANIFEST, UnreadableTestError, series
 from tests.fmus.foreign import pack
 from tests.orchestrator.exchange.passport.measured_fmus import lag_description, lag_library, on_the_bench, told
 
-FOLDER = MANIFEST.rpartition("/")[0]
+FOLDER = LAYERED_MANIFEST.rpartition("/")[0]
 LS = (
     'xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest" fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref" '
     'fmi-ls:fmi-ls-version="1.0.0-alpha.1" fmi-ls:fmi-ls-description="Layered Standard providing information on related'
