@@ -27,5 +27,5 @@ class Companions:
         from orchestrator.recording.recording import Afterwards  # noqa: PLC0415 - slow to import
         from orchestrator.run import Execution  # noqa: PLC0415
 
-        calls = {"begun": self.lifeline.began, "ending": self.lifeline.ends}
-        return Execution(self.recorder or Afterwards(), live, realtime, **calls)
+        recorder, told = self.recorder or Afterwards(), self.lifeline
+        return Execution(recorder, live, realtime, begun=told.began, ending=told.ends)
