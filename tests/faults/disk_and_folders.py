@@ -6,6 +6,7 @@ import json
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -152,7 +153,7 @@ def removed(folder, random):
     assert (there / "recording.rrd").stat().st_size
 
 
-@fault(GROUP, "the folder is renamed during the run")
+@fault(GROUP, "the folder is renamed during the run", short=False)
 def renamed(folder, random):
     code, said = during(folder, random, lambda: (folder / "r").rename(folder / "other"))
     assert code == 0, said
@@ -186,17 +187,17 @@ def files_removed(folder, random):
     is_whole(folder / "r", "finished")
 
 
-@fault(GROUP, "two runs want one folder")
-def two(folder, random):
-    code, said = during(folder, random, lambda: outcomes.append(typed(folder, "run", "static", "--out", "r")))
-    ((other, refused),) = outcomes
-    outcomes.clear()
-    assert (code, other) == (0, 2), (said, refused)
-    assert "is writing to; valid" in refused
-    is_whole(folder / "r", "finished")
-
-
-outcomes = []
+@fault(GROUP, "two runs want one folder", short=False)
+def two(folder, _):
+    run = Started(folder, "run", "static", "--blocks", "--realtime", 0.01, "--out", "r")
+    run.wait_for("r/rows/part-000001.parquet")
+    code, said = typed(folder, "run", "static", "--blocks", "--out", "r")
+    assert code == 2, said
+    assert "r: found a folder that process " in said
+    assert " is writing to; valid: " in said
+    run.process.send_signal(signal.SIGINT)
+    assert run.end()[0] == 130
+    is_whole(folder / "r", "interrupted")
 
 
 @fault(GROUP, "two runs want one folder at the same moment", short=False)
@@ -273,7 +274,7 @@ leaving("--in-process", short=True)
 leaving(short=False)
 
 
-@fault(GROUP, "a link stands where the run writes")
+@fault(GROUP, "a link stands where the run writes", short=False)
 def link(folder, random):
     assert typed(folder, "run", "idle", "--blocks", "--out", "r")[0] == 0
     mine = folder / "mine"
@@ -286,7 +287,7 @@ def link(folder, random):
     assert f"r/{name}: found a link" in said
 
 
-@fault(GROUP, "a person's files stand beside those of a former run")
+@fault(GROUP, "a person's files stand beside those of a former run", short=False)
 def beside(folder, _):
     assert typed(folder, "run", "idle", "--blocks", "--out", "r")[0] == 0
     for name in ("notes.txt", "figures/mine.png", ".git"):

@@ -33,7 +33,7 @@ def killed(number, name, *options, short):
         run.wait_for("r/rows/part-000001.parquet")
         while not counted(folder / "r") and run.process.poll() is None:
             time.sleep(0.05)
-        until, ahead = time.monotonic() + 6 * random.random(), 0.0
+        until, ahead = time.monotonic() + 6 * random.random(), float("-inf")
         while (now := time.monotonic()) < until:
             ahead = max(ahead, counted(folder / "r") * H - now)  # the pace of the run is that of the clock
             time.sleep(0.05)
@@ -71,7 +71,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
 """
 
 
-@fault(GROUP, "SIGKILL while a step hangs")
+@fault(GROUP, "SIGKILL while a step hangs", short=False)
 def while_a_step_hangs(folder, _):
     simple(folder, source=HANGS)
     run = Started(folder, "run", "m.fmu", "--in-process", "--stop-time", 2, "--step", H, "--out", "r")

@@ -63,7 +63,7 @@ signalled(signal.SIGSEGV, "it crashes at any tick", short=False)
 signalled(signal.SIGSTOP, "it is stopped at any tick", short=False)
 
 
-@fault(GROUP, "it and every one that follows is killed")
+@fault(GROUP, "it and every one that follows is killed", short=False)
 def always_killed(folder, _):
     run = Started(folder, *LASTS, "--out", "r")
     run.wait_for("r/recording.rrd")
@@ -101,6 +101,6 @@ def without(*names, short):
         whole_with_recording(folder / "r")
 
 
-without("recording.rrd", short=True)
+without("recording.rrd", short=False)
 without(".recording.rrd", short=False)
 without("recording.rrd", ".recording.rrd", short=False)
