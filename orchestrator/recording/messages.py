@@ -15,7 +15,7 @@ from typing import IO, TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:  # the process that records starts faster without these imports
     from orchestrator.stepping.master import Simulation
-    from orchestrator.stepping.rows import RowBatch
+    from orchestrator.stepping.row_batch import RowBatch
     from orchestrator.stepping.signal_table import RecordedElement
 
 

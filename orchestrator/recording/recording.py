@@ -19,7 +19,7 @@ from orchestrator.results.manifest import unfinished
 from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
 from orchestrator.ssp.archive import removed_packages
-from orchestrator.stepping.rows import RowBatch
+from orchestrator.stepping.row_batch import RowBatch
 from orchestrator.system.experiment import Scenario
 
 if TYPE_CHECKING:  # slow to import, and only the names are needed

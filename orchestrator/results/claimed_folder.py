@@ -18,7 +18,15 @@ from typing import Final, Self
 from filelock import FileLock, Timeout
 
 from components.interfaces.problem import Problem, RequestError, listed, raise_if_any, refuse
-from orchestrator.results.manifest import MANIFEST, Contents, present, read_manifest, reason, remove, write_manifest
+from orchestrator.results.manifest import (
+    MANIFEST_FILE,
+    Contents,
+    present,
+    read_manifest,
+    reason,
+    remove,
+    write_manifest,
+)
 
 LOCK: Final = ".lock"
 """Locked while the folder is written; it holds the number of the process."""
@@ -64,7 +72,7 @@ class ClaimedFolder:
         """Remove what was written to the folder, and the folder where it is empty then."""
         with suppress(OSError):
             remove(self.path, self.contents, self.contents.files)
-            for name in (MANIFEST, LOCK):
+            for name in (MANIFEST_FILE, LOCK):
                 (self.path / name).unlink()
             self.path.rmdir()
         self.release()
@@ -142,7 +150,7 @@ def reclaim(folder: Path, contents: Contents) -> ClaimedFolder:
         RequestError: It has no such manifest, or another process writes to it.
     """
     if read_manifest(folder, contents) is None:
-        found = f"a folder without the {MANIFEST} of a {contents.kind}"
+        found = f"a folder without the {MANIFEST_FILE} of a {contents.kind}"
         raise refuse(str(folder), found, f"a folder that a {contents.kind} has written")
     path = folder.resolve()
     return ClaimedFolder(path, folder, contents, _locked(path, folder, contents))
@@ -182,7 +190,7 @@ def _claimed(named: Path, contents: Contents, here: Path) -> ClaimedFolder:
                 (folder / LOCK).unlink()
                 folder.rmdir()
         raise
-    if left := sorted(p.name for p in folder.iterdir() if p.name not in {MANIFEST, LOCK, *contents.inner}):
+    if left := sorted(p.name for p in folder.iterdir() if p.name not in {MANIFEST_FILE, LOCK, *contents.inner}):
         claimed.remarks.append(f"{named}: what else was in this folder stays: {listed(left, _LISTED, 'others')}")
     return claimed
 
@@ -217,7 +225,7 @@ def _owned(folder: Path, named: Path, contents: Contents) -> set[str]:
     if listing is None:
         what = "a folder with other things in it"
         if any(present(folder, name) for name in contents.files):
-            what = f"a folder with files of which no {MANIFEST} says that a {contents.kind} wrote them"
+            what = f"a folder with files of which no {MANIFEST_FILE} says that a {contents.kind} wrote them"
         raise refuse(str(named), what, _valid(contents), "Choose another folder with --out.")
     return listing
 

@@ -15,7 +15,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Final, cast
 
-MANIFEST: Final = "manifest.json"
+MANIFEST_FILE: Final = "manifest.json"
 """Lists the files that the results in a folder consist of."""
 _LARGEST: Final = 2**20
 """[byte] A larger file is no manifest."""
@@ -40,7 +40,7 @@ class Contents:
 
 def read_manifest(folder: Path, contents: Contents) -> set[str] | None:
     """What of some contents the manifest of a folder lists; None where there is no manifest of this kind."""
-    path = folder / MANIFEST
+    path = folder / MANIFEST_FILE
     try:
         if path.is_symlink() or path.stat().st_size > _LARGEST:
             return None
@@ -56,7 +56,7 @@ def read_manifest(folder: Path, contents: Contents) -> set[str] | None:
 def write_manifest(folder: Path, contents: Contents) -> None:
     """Write which files the results in a folder consist of."""
     text = json.dumps({"holds": contents.kind, "files": sorted(contents.files)}, indent=1)
-    with unfinished(folder / MANIFEST) as file:
+    with unfinished(folder / MANIFEST_FILE) as file:
         file.write_text(text + "\n", encoding="utf-8")
 
 

@@ -23,6 +23,7 @@ from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.running_units import RunningUnits, failure_reason
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
+from orchestrator.stepping.simulation_error import SimulationError
 from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
@@ -31,22 +32,6 @@ from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
     import pandas as pd
-
-
-class SimulationError(RuntimeError):
-    """A run that had to end early; all rows up to that tick are kept.
-
-    Args:
-        tick: The tick at which it ended.
-        t: The time of that tick [s].
-        unit: The unit that failed, or whose signal is not finite; empty where no unit is to blame.
-        reason: What happened, in words.
-    """
-
-    def __init__(self, tick: int, t: float, unit: str, reason: str) -> None:
-        self.tick, self.time, self.unit, self.reason = tick, t, unit, reason
-        of_unit = f", unit `{unit}`" if unit else ""
-        super().__init__(f"tick {tick} (t = {t:g} s){of_unit}: {reason}")
 
 
 @dataclass(frozen=True)

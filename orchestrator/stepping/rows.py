@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -18,6 +17,7 @@ from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES, Type, zeros
 from orchestrator.stepping.finiteness import Finiteness
 from orchestrator.stepping.paces import paces
+from orchestrator.stepping.row_batch import RowBatch
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
 from orchestrator.system.experiment import EVERYTHING, Choice, TimeGrid
 
@@ -25,47 +25,12 @@ LARGEST_LOG: Final = 4 * 2**30
 """[byte] The largest size of all rows; they may be in memory, and a machine runs out of it without a warning."""
 
 
-@dataclass(frozen=True)
-class RowBatch:
-    """Consecutive rows of one group: those of the ticks `first`, `first + every`, ..."""
-
-    group: int
-    """Index of the group in `RowLog.elements`."""
-    first: int
-    every: int
-    blocks: Mapping[Type, NDArray[Any]]
-    """By type, the values of the group's elements, of shape (rows, elements)."""
-    times: NDArray[np.float64]
-    """[s] Simulated times of these ticks, of shape (rows,)."""
-    step_times: NDArray[np.float64]
-    """[s] Wall times of these ticks, of shape (rows,)."""
-
-    def __len__(self) -> int:
-        return len(self.step_times)
-
-    @property
-    def ticks(self) -> NDArray[np.int64]:
-        """The tick of each row, of shape (rows,)."""
-        return self.first + self.every * np.arange(len(self), dtype=np.int64)
-
-    def columns(self, elements: Sequence[RecordedElement]) -> dict[str, NDArray[Any]]:
-        """The rows as columns.
-
-        Args:
-            elements: Those of the group, as `RowLog.elements` gives them.
-
-        Returns:
-            Columns of shape (rows,) by name: `time` [s], then one for each element.
-        """
-        return {"time": self.times} | {e.path: self.blocks[e.type][:, e.position] for e in elements}
-
-
 ColumnsOfTicks: TypeAlias = Callable[[int, int], Mapping[str, NDArray[Any]]]
 """Gives the rows of the ticks from a first one to before a last one, as `RowLog.columns` does."""
 
 BLOCK: Final = 2**22
 """[byte] About how many rows are in a block of memory."""
-BLOCKS: Final = 8
+KEPT_BLOCKS: Final = 8
 """The blocks that stay in memory, so that what goes wrong with the disk for some time loses nothing."""
 
 
@@ -199,7 +164,9 @@ class RowLog:
             elsewhere: Gives them, as `columns` does.
         """
         with self._changing:
-            droppable = max(0, min(len(self._blocks) - BLOCKS, sum(block.last <= before for block in self._blocks)))
+            droppable = max(
+                0, min(len(self._blocks) - KEPT_BLOCKS, sum(block.last <= before for block in self._blocks))
+            )
             if droppable:
                 self._elsewhere = elsewhere
                 self._blocks = self._blocks[droppable:]

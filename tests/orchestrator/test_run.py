@@ -1,4 +1,7 @@
-"""Runs from request to folder: what is on disk while they step, when they are killed, and when their viewer hangs."""
+"""Runs from request to folder: what is on disk while they step, when they are killed, and when their viewer hangs.
+
+They show `run_recording.py` too: a recording that is written once more, or left out.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders for results: who writes to one, and what is removed from it, as its `manifest` says."""
+"""Folders for results: who writes to one, and what is removed from it, as its manifest says (`manifest.py`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows that go to disk as they come, in the `live_folder` of a run: whole at any time, whatever is done to it."""
+"""Rows that go to disk as they come, in a folder that lasts (`live_folder.py`): whole at any time."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_rows_that_are_on_disk_leave_memory_and_are_found_again(tmp_path, record
         simulation.run()
         whole, batches = simulation.frame(), simulation.log.batches(0, 61, simulation.step_times)
     monkeypatch.setattr(rows, "BLOCK", 2000)
-    monkeypatch.setattr(rows, "BLOCKS", 2)
+    monkeypatch.setattr(rows, "KEPT_BLOCKS", 2)
     with running(tmp_path / "r", record) as (simulation, _, files):
         files._largest = 4
         for n in (20, 20, 21):
@@ -160,7 +160,7 @@ def test_of_a_folder_that_is_removed_the_rows_in_memory_are_in_a_new_one(tmp_pat
     told = []
     for block, first in ((rows.BLOCK, 0), (2000, 10)):
         monkeypatch.setattr(rows, "BLOCK", block)
-        monkeypatch.setattr(rows, "BLOCKS", 2)
+        monkeypatch.setattr(rows, "KEPT_BLOCKS", 2)
         with running(tmp_path / "r", begun=told.append) as (simulation, live, files):
             files._largest = 4
             steps(simulation, 40)

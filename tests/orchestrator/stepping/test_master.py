@@ -1,4 +1,4 @@
-"""Stepping by hand, rows, faults; the units of a run (`running_units.py`), and a run in one call (`whole_run.py`)."""
+"""Stepping by hand, rows, faults (`simulation_error.py`); `running_units.py`, and `whole_run.py`."""
 
 from __future__ import annotations
 

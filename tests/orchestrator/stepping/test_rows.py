@@ -1,4 +1,4 @@
-"""The rows of a run: what is kept at which ticks, and in which pieces it is handed on."""
+"""The rows of a run: what is kept at which ticks (`paces.py`), and in which pieces it is handed on (`row_batch.py`)."""
 
 from __future__ import annotations
 
