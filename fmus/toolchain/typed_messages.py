@@ -59,7 +59,7 @@ def _array(code: int, packed: memoryview) -> NDArray[Any]:
         raise ValueError(f"an extension with the number {code}")
     character, shape, content = _PACKED.decode(packed)
     if character == "O" and isinstance(content, list):
-        array: NDArray[Any] = np.empty(len(content), object)
+        array: NDArray[Any] = np.empty(len(cast("list[Any]", content)), object)
         array[:] = content
         return array.reshape(shape)
     if character not in _NUMBERS or not isinstance(content, bytes):

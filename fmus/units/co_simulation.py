@@ -45,12 +45,6 @@ class CoSimulationUnit(FmuUnit):
     """What the Co-Simulation units of all versions share: a first step that fails without the stop time."""
 
     _do_step: Callable[..., int]
-    _failed_in = ""
-
-    @property
-    @override
-    def called(self) -> str:
-        return self._failed_in
 
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""

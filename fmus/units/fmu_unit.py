@@ -67,6 +67,8 @@ class FmuUnit(Unit):
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive.interface)
         self._archive = archive
+        self._failed_in = ""
+        self.called = lambda: self._failed_in
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
         self._parameters: Mapping[str, Any] = {}

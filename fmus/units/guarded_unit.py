@@ -43,7 +43,7 @@ class GuardedUnit(Unit):
             self._process.close()
             raise
         self.messages, self.remarks = self._inner.messages, self._inner.remarks
-        self.events, self.state = self._inner.events, self._inner.state
+        self.events, self.state, self.called = self._inner.events, self._inner.state, self._inner.called
 
     @contextmanager
     def _guarded(self) -> Generator[None]:
@@ -51,11 +51,6 @@ class GuardedUnit(Unit):
             yield
         finally:
             self._process.restore()
-
-    @property
-    @override
-    def called(self) -> str:
-        return self._inner.called
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:

@@ -46,6 +46,7 @@ class IsolatedUnit(Unit):
         self._unset: frozenset[str] | None = None
         self._inputs_sent, self._outputs_current = True, False
         self._process = unit_process()
+        self.called = lambda: self._process.called
         try:
             self._their_inputs, self._their_outputs = map_columns(archive.interface, self._process.columns)
             demanded = self._received(self._process.instantiate(name, archive, self.messages, patience))
@@ -89,11 +90,6 @@ class IsolatedUnit(Unit):
         self._inputs_sent, self._outputs_current = True, show
         reply = self._process.call_quickly(request, self._patience)
         return reply if isinstance(reply, int) else self._received(reply)
-
-    @property
-    @override
-    def called(self) -> str:
-        return self._process.called
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:

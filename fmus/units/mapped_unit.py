@@ -47,7 +47,7 @@ class MappedUnit(Unit):
 
     def __init__(self, name: str, interface: Interface, inner: Unit, adaptation: Adaptation) -> None:
         super().__init__(name, interface)
-        self.messages, self.remarks = inner.messages, inner.remarks
+        self.messages, self.remarks, self.called = inner.messages, inner.remarks, inner.called
         self._inner = inner
         self._adaptation = adaptation
         theirs = inner.interface
@@ -65,11 +65,6 @@ class MappedUnit(Unit):
             self.events = inner.events
         if inner.state is not None:
             self.state = _MappedState(inner.state, self._rates, self._integrals)
-
-    @property
-    @override
-    def called(self) -> str:
-        return self._inner.called
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:

@@ -107,17 +107,14 @@ class Unit(ABC):
         """The last messages of the unit."""
         self.remarks: list[str] = []
         """What a person should know of how the unit was run, beyond what could be known before."""
+        self.called: Callable[[], str] = str
+        """Gives the function of FMI that was called last; nothing where that is not known."""
         self.warnings = 0
         """How many calls have returned a warning."""
         self.events: EventCapability | None = None
         """Event Mode; `None` for a unit that does not have it."""
         self.state: StateCapability | None = None
         """Saving and restoring of states; `None` for a unit that does not have it."""
-
-    @property
-    def called(self) -> str:
-        """The function of FMI that was called last; empty where that is not known."""
-        return ""
 
     def remark(self, text: str) -> None:
         """Note what a person should know of how the unit was run, once, and to a limit."""

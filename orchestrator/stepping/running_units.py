@@ -107,5 +107,5 @@ def failure_reason(unit: Unit, status: int, function: object = None) -> str:
     }
     said = "; ".join(unit.messages.said())
     what = words.get(status, f"returned the status {status}, which FMI does not have")
-    name = name_of(function) or unit.called
+    name = name_of(function) or unit.called()
     return (f"`{name}` " if name else "") + what + (f": {said}" if said else "")

@@ -1,4 +1,4 @@
-"""Texts that others wrote enter in one line, without what a terminal would obey, and to the lengths of `limits`."""
+"""Texts that others wrote enter in one line, without what a terminal would obey, and to the lengths of `limits.py`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nothing that a child has started stays behind, and it ends as `child_death` says, whatever ends whom."""
+"""Nothing that a child has started stays behind, and it ends as `child_death.py` says, whatever ends whom."""
 
 from __future__ import annotations
 
