@@ -10,6 +10,9 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Final
+
+_DESCRIPTORS: Final = Path("/proc/self/fd")
 
 
 class SharedFile:
@@ -27,7 +30,7 @@ class SharedFile:
         """The file, the same for a child that has inherited the descriptors."""
         if sys.platform == "linux":
             descriptor = os.memfd_create(name, os.MFD_ALLOW_SEALING | os.MFD_CLOEXEC)
-            self.descriptors, self.path = (descriptor,), Path(f"/proc/self/fd/{descriptor}")
+            self.descriptors, self.path = (descriptor,), _DESCRIPTORS / str(descriptor)
 
     def fix(self) -> None:
         """Keep the size as it is, for everybody."""
@@ -43,3 +46,9 @@ class SharedFile:
             with suppress(OSError):
                 os.close(descriptor)
         self.descriptors = ()
+
+
+def let_go(path: Path) -> None:
+    """In a child that has mapped a file: close what it has inherited, so that nothing is written to it but by mapping."""
+    if path.parent == _DESCRIPTORS:
+        os.close(int(path.name))

@@ -14,6 +14,7 @@ from components.interfaces.quantity import Type
 from fmus.toolchain.child_process import ParentProcess
 from fmus.toolchain.last_call import note_calls
 from fmus.toolchain.sealed_messages import MessageSizeError
+from fmus.toolchain.shared_file import let_go
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.control_block import ControlBlock, QuickCall, QuickRequest
 from fmus.units.isolated_messages import Instantiation, Raised, UnitCall, UnitReply, map_columns, put_texts, texts
@@ -47,6 +48,8 @@ def _made(parent: ParentProcess, request: Instantiation) -> tuple[_Host, Control
         block = None if request.control is None else ControlBlock(request.control)
         if block is not None:
             note_calls(block.called)
+        if request.control is not None:
+            let_go(request.control)
         host = _Host(request)
     except Exception as error:  # noqa: BLE001 - whatever an FMU leads to is told by the other process
         parent.answer(UnitReply(raised=Raised.of(error)))
@@ -90,6 +93,7 @@ class _Host:
     def __init__(self, request: Instantiation) -> None:
         archive = request.archive
         self._inputs, self._outputs = map_columns(archive.interface, request.memory)  # before it can close anything
+        let_go(request.memory)
         self._unit = fmu_unit(request.name, archive)
         self._methods = _methods(self._unit, self._inputs, self._outputs)
         self._told = 0

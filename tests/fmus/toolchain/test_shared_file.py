@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from fmus.toolchain.shared_file import SharedFile
+from fmus.toolchain.shared_file import SharedFile, let_go
 
 
 def test_the_size_is_fixed(tmp_path):
@@ -27,3 +27,13 @@ def test_the_size_is_fixed(tmp_path):
     file.close()
     memory[0] = 1
     assert memory[0] == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the file has a name, and nothing is inherited")
+def test_what_has_been_inherited_is_closed_once_it_is_mapped(tmp_path):
+    file = SharedFile(tmp_path, "columns")
+    (descriptor,) = file.descriptors
+    let_go(file.path)
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(descriptor)
+    let_go(tmp_path / "3")  # an ordinary file is left alone
