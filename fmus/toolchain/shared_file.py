@@ -49,6 +49,6 @@ class SharedFile:
 
 
 def let_go(path: Path) -> None:
-    """In a child that has mapped a file: close what it has inherited, so that nothing is written to it but by mapping."""
+    """In a child that has mapped a file: close what it has inherited, so that no write to a descriptor reaches it."""
     if path.parent == _DESCRIPTORS:
         os.close(int(path.name))
