@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from contextlib import nullcontext
 
@@ -14,6 +15,8 @@ from orchestrator.command import main
 from orchestrator.scenario import catalogue
 
 os.environ.setdefault("RERUN_ANALYTICS", "0")
+# a shell starts what runs in the background with Ctrl-C ignored, and so would be all processes that tests start
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # machines are shared and noisy: a slow example is no fault; examples are the same in every run of the same files
 # (Hypothesis tries the constants of all our modules that are loaded: another choice of tests gets other examples)

@@ -38,7 +38,7 @@ LEAST_ROOM: Final = 2**20
 """[byte] With less on the disk, a recording that does not grow has no room."""
 _LOOKS_EVERY, _ROOM_WITHIN = 0.5, 5.0
 """[s] When it is looked whether there is room, and the time after which a recording without it never grows."""
-_CUT_SHORT_WITHIN: Final = 10.0
+_CUT_SHORT_WITHIN: Final = 60.0
 """[s] The time for writing where the run was cut short."""
 
 

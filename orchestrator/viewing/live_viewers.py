@@ -31,8 +31,8 @@ from orchestrator.viewing.rerun_program import (
     web_address,
 )
 
-_STARTS_WITHIN: Final = 20.0
-"""[s] The time within which a viewer must start before the run begins; the running simulation does not wait for it."""
+_STARTS_WITHIN: Final = 60.0
+"""[s] The time within which a viewer that lives must listen, before the run begins, on a machine that is busy."""
 _NOWHERE: Final = f"http://{LOOPBACK}:1/live.rrd"
 """With an address, Rerun serves its page alone, and no server beside it that takes streams."""
 _PAUSE: Final = 0.05

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from pathlib import Path
 from typing import Any
 
@@ -67,11 +66,9 @@ def test_requests_are_answered_in_order_whatever_the_child_prints_or_reads(child
 
 def test_a_child_that_is_silent_is_ended(child):
     child.ask("ready", 60.0)
-    began = time.monotonic()
     with pytest.raises(ChildSilentError, match=r"did not answer within 0\.2 s") as error:
         child.ask(1e5, 0.2)
     assert error.value.within == 0.2
-    assert time.monotonic() - began < 30
     death = child.death()
     assert death is not None
     assert death.signal is signal.SIGKILL

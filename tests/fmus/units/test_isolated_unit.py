@@ -23,6 +23,7 @@ from orchestrator.system.system import System
 from tests.fmus.foreign import description3, library, pack
 from tests.fmus.reading.test_declared_variables import VALUES, echo3, held
 from tests.left_behind import left_in
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.foreign  # processes are what these tests are about
 
@@ -234,11 +235,7 @@ def test_what_an_fmu_has_started_ends_with_it(tmp_path):
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("THEIRS", str(theirs))
         assert len(simulate(System({"m": Fmu(path)}, {}), h=0.1, until=0.5)) == 6
-    for _ in range(100):
-        if not _runs(int(theirs.read_text())):
-            return
-        time.sleep(0.1)
-    pytest.fail("a process that the FMU has started is still there")
+    wait_until(lambda: not _runs(int(theirs.read_text())))
 
 
 def _runs(process: int) -> bool:
@@ -257,16 +254,8 @@ Fmu(sys.argv[1], isolated=1000.0).open("m")
 def test_a_process_does_not_outlive_the_one_that_has_started_it(tmp_path):
     path = made(tmp_path, f'{DEED}\n#define EXTRA for (;;) sleep(1);\n#include "echo3.c"')
     with subprocess.Popen([sys.executable, "-c", SCRIPT, str(path)]) as parent:
-        children = []
-        for _ in range(300):
-            children = [int(c) for c in Path(f"/proc/{parent.pid}/task/{parent.pid}/children").read_text().split()]
-            if children:
-                break
-            time.sleep(0.1)
+        of_parent = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+        children = wait_until(lambda: [int(child) for child in of_parent.read_text().split()])
         time.sleep(2.0)  # it hangs in the FMU by now
         parent.kill()
-    for _ in range(100):
-        if not any(map(_runs, children)):
-            return
-        time.sleep(0.1)
-    pytest.fail("the process of the FMU is still there")
+    wait_until(lambda: not any(map(_runs, children)))

@@ -9,7 +9,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from dataclasses import replace
 
 import pytest
@@ -22,6 +21,7 @@ from orchestrator.results.run_folder import write_system
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.master import Simulation
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
 
@@ -73,19 +73,19 @@ def read(folder):
     return ticks, said
 
 
+def ticks_so_far(folder):
+    with contextlib.suppress(RuntimeError):  # read in the middle of a message
+        return read(folder)[0]
+    return 0
+
+
 def test_rows_are_recorded_while_the_simulation_steps(simulation, tmp_path):
     with RecordingProcess(0.05) as process:
         process.begin(request(simulation, tmp_path), simulation)
         process.wait_until_open()
         for _ in range(10):
             simulation.step()
-        deadline = time.monotonic() + 30
-        ticks = 0
-        while ticks < 10:
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
-            with contextlib.suppress(RuntimeError):  # read in the middle of a message
-                ticks = read(tmp_path)[0]
+        wait_until(lambda: ticks_so_far(tmp_path) >= 10)
         simulation.run()
         process.end({"status": "finished"})
         assert process.wait() == ""
@@ -103,7 +103,7 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
         process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 15, simulation.step_times))))
         process.stdin.write(as_sent(NewRows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
         process.stdin.close()  # in the middle of a message
-        assert process.wait(60) == 0
+        assert process.wait() == 0
     ticks, said = read(tmp_path)
     assert ticks == 15
     assert "cut short" in said
@@ -146,9 +146,8 @@ def test_nobody_waits_for_a_process_that_is_gone(simulation, tmp_path):
         process._child.kill()
         process._child.death()
         process.begin(request(simulation, tmp_path), simulation)
-        began = time.monotonic()
         process.wait_until_open()
-        assert time.monotonic() - began < 30, "half of what a process has that is slow"
+        assert process._open.is_set(), "not because its time is over"
         process.end({})
         assert process.wait() == "exit code -9"
     assert not process._thread.is_alive()
@@ -203,4 +202,4 @@ def test_a_process_whose_viewer_hangs_does_not_outlive_its_run_for_long(simulati
             process.stdin.write(as_sent(replace(request(simulation, tmp_path), sink=url)))
             process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 21, simulation.step_times))))
             process.stdin.close()
-            assert process.wait(30) == 1
+            assert process.wait() == 1

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,7 @@ from orchestrator.viewing.photograph import headless_viewer, photograph
 from orchestrator.viewing.rerun_program import answers, executable
 from tests.left_behind import left_in
 from tests.orchestrator.chromium import PROGRAM, Chromium
+from tests.waiting import wait_until
 
 SCREEN = {
     "bird's eye": (0.0, 0.555, 0.09, 0.36),
@@ -211,12 +211,9 @@ def test_the_viewer_listens_on_this_machine_only(static, graphics, web):
     command = [executable(), *([] if web else ["--headless"]), *options]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
         try:
-            deadline = time.monotonic() + 30
-            while not (found := _listening(process.pid)) and time.monotonic() < deadline:
-                time.sleep(0.2)
+            found = wait_until(lambda: _listening(process.pid))
         finally:
             process.terminate()
-    assert found
     assert all(address.startswith("0100007F:") for address in found)
 
 
@@ -225,9 +222,7 @@ def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, 
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     with headless_viewer() as url:
         assert url.startswith("rerun+http://127.0.0.1:")
-        deadline = time.monotonic() + 30
-        while time.monotonic() < deadline and not answers(url):
-            time.sleep(0.1)
+        wait_until(lambda: answers(url))
         assert left_in(tmp_path)
     assert left_in(tmp_path) == []
 
@@ -265,10 +260,7 @@ def test_a_page_in_the_browser_ends_with_a_command_that_is_killed(static, monkey
         page = re.search(r"http://127\.0\.0\.1:\d+", process.stderr.readline())[0]
         assert answers(page)
         process.kill()
-    deadline = time.monotonic() + 10
-    while answers(page):
-        assert time.monotonic() < deadline, "the page is still there"
-        time.sleep(0.1)
+    wait_until(lambda: not answers(page))
 
 
 @pytest.fixture

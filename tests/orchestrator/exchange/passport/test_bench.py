@@ -6,7 +6,6 @@ This also shows `workplace.py` and `measuring_process.py`.
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ import pytest
 from orchestrator.exchange.passport.bench import MeasurementError
 from orchestrator.exchange.passport.loading_here import first_step, instantiate
 from tests.orchestrator.exchange.passport.measured_fmus import lag, on_the_bench
+from tests.waiting import wait_until
 
 
 def number_of_this_process(place):
@@ -69,11 +69,13 @@ def test_an_fmu_that_hangs_leaves_no_process_behind(tmp_path):
         with pytest.raises(MeasurementError):
             bench.measure(first_step, 0.1)
         group = os.getpgid(0)
-    time.sleep(0.1)
-    spinning = [p for p in Path("/proc").glob("[0-9]*/cmdline") if b"measuring_process" in _content(p)]
     assert group
     assert number
-    assert not [p for p in spinning if _environment(p, str(bench._folder))]
+    wait_until(lambda: not [p for p in measuring() if _environment(p, str(bench._folder))])
+
+
+def measuring():
+    return [p for p in Path("/proc").glob("[0-9]*/cmdline") if b"measuring_process" in _content(p)]
 
 
 def _content(path):
