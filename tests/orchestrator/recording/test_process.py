@@ -14,6 +14,7 @@ from dataclasses import replace
 import pytest
 from rerun.chunk import RrdReader
 
+from fmus.toolchain.child_process import _SECRET
 from orchestrator.recording import worker
 from orchestrator.recording.messages import NewRows, RecordingRequest, send
 from orchestrator.recording.process import RecordingProcess
@@ -99,6 +100,7 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     simulation.run()
     command = [sys.executable, "-m", "orchestrator.recording.worker"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        process.stdin.write(bytes(_SECRET))
         process.stdin.write(as_sent(request(simulation, tmp_path)))
         process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 15, simulation.step_times))))
         process.stdin.write(as_sent(NewRows(simulation.log.batches(15, 21, simulation.step_times)))[:-100])
@@ -199,6 +201,7 @@ def test_a_process_whose_viewer_hangs_does_not_outlive_its_run_for_long(simulati
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"rerun+http://127.0.0.1:{silent.getsockname()[1]}/proxy"
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+            process.stdin.write(bytes(_SECRET))
             process.stdin.write(as_sent(replace(request(simulation, tmp_path), sink=url)))
             process.stdin.write(as_sent(NewRows(simulation.log.batches(0, 21, simulation.step_times))))
             process.stdin.close()
