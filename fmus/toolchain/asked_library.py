@@ -20,7 +20,7 @@ from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
 
 _Child: TypeAlias = ChildProcess[str]
 _kept: list[dict[str, _Child]] = []
-"""The processes that are asked again, by their module, in the innermost block of `readers_kept`."""
+"""The processes that are asked again, by their module, in a block of `readers_kept`; empty outside."""
 _SHOWN: Final = 200
 """The characters of a reason that a message shows."""
 
@@ -28,6 +28,9 @@ _SHOWN: Final = 200
 @contextmanager
 def readers_kept() -> Generator[None]:
     """In the block, a process that has read a file reads the next ones, too; else each file has one of its own."""
+    if _kept:  # a block in a block
+        yield
+        return
     _kept.append({})
     try:
         yield

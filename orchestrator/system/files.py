@@ -18,6 +18,7 @@ _TOML: Final = "a TOML file"
 _NUMBER: Final = "whole numbers of up to 64 bits"
 _LARGEST: Final = 2**64
 _LONG_NUMBER: Final = re.compile(r"[0-9_]{4000,}")
+_LONG_KEY: Final = re.compile(r"(?<![\w.-])(?:[\w-]++\s*+\.\s*+){200}")
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
@@ -39,6 +40,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     where = str(path)
     text = read_text(path, where, _TOML, only_files=True)
+    if (long := _LONG_KEY.search(text)) is not None:  # tomllib takes a time that grows with the square of the parts
+        raise refuse(_at(where, text, long), "a key of more than 200 parts", _TOML)
     with reading(where, _TOML):
         try:
             content = tomllib.loads(text)
@@ -54,6 +57,11 @@ def read_toml(path: Path) -> dict[str, Any]:
         Problem(f"{where}: {key}", f"a number of {digits} digits", _NUMBER) for key, digits in _too_large(content)
     )
     return content
+
+
+def _at(where: str, text: str, place: re.Match[str] | None) -> str:
+    """The line of a place in a file, where it is known."""
+    return where if place is None else f"{where}, line {text.count(chr(10), 0, place.start()) + 1}"
 
 
 def _too_large(value: Any, key: str = "") -> Iterator[tuple[str, int]]:

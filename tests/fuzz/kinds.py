@@ -16,6 +16,7 @@ from lxml import etree
 from tests.fuzz import hostile, seeds
 from tests.fuzz.damage import bytes_damaged, encoded, repeatedly, text_damaged
 from tests.fuzz.hostile import pick
+from tests.fuzz.parquets import parquet_damaged
 from tests.fuzz.seeds import Files
 from tests.fuzz.trees import json_damaged, toml_damaged, xml_damaged
 from tests.fuzz.zips import packed, zip_damaged
@@ -297,12 +298,16 @@ KINDS: Final = {
         Kind("values", seeds.values, ((".*txt", _in_text(text_damaged)),), _read_values),
         Kind("options", seeds.options, ((".*json", _options_made),), _read_options),
         Kind("csv", seeds.tables, ((".*csv", _in_text(text_damaged)),), _read_table),
-        Kind("parquet", seeds.parquet_tables, ((".*parquet", bytes_damaged),), _read_table),
+        Kind("parquet", seeds.parquet_tables, ((".*parquet", parquet_damaged),), _read_table),
         Kind("summary", seeds.runs, (("run/summary.json", json_damaged),), _read_summary),
         Kind(
             "run_folder",
             seeds.runs,
-            ((r"run/.*\.(?:parquet|rrd|ssp)", bytes_damaged), ("run/.*json", json_damaged)),
+            (
+                (r"run/.*\.(?:rrd|ssp)", bytes_damaged),
+                (r"run/.*\.parquet", parquet_damaged),
+                ("run/.*json", json_damaged),
+            ),
             _read_run,
         ),
         Kind("rrd", seeds.recordings, ((".*rrd", bytes_damaged),), _read_recording),

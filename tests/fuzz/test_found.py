@@ -43,6 +43,7 @@ def refused(action, *arguments, **options):
         (f"a = 1\nb = {DIGITS}\n", ", line 2: found a value that cannot be read (ValueError: Exceeds the limit (4300"),
         (f"a = 0x{'f' * 5000}\n", ": a: found a number of 6021 digits; valid: whole numbers of up to 64 bits"),
         (f"[[t]]\nb = [1, {2**64}]\n", ": t.0.b.1: found a number of 20 digits; valid: whole numbers of up to 64 bits"),
+        (f"a = 1\n{'b.' * 100_000}c = 1\n", ", line 2: found a key of more than 200 parts; valid: a TOML file"),
         (f"a = {'[' * 100_000}", ": found something that is nested too deeply (RecursionError: "),
     ],
 )

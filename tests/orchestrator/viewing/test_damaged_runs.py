@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from components.interfaces.problem import RequestError
 from orchestrator.recording.kept_series import kept_series
 from orchestrator.recording.series_reader import read_series
 from orchestrator.results.run_folder import find
