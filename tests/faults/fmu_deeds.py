@@ -112,7 +112,7 @@ def stands(ended: Ended, function: str, said: str | None, code: int, rows: int =
         assert ended.code in (0, 1), ended
         assert ended.rows >= rows, ended
         return
-    assert re.search(said, ended.said), f"`{said}` is not said: {ended}"
+    assert re.search(said, ended.said, re.MULTILINE), f"`{said}` is not said: {ended}"
     late = bool(AT_THE_END.fullmatch(function))
     assert ended.code == (0 if late else code) or (ended.code == 2 and rows == 0 and not late), ended
     if code and named and "fmi" in function:
