@@ -8,54 +8,60 @@ Annotations say `float` and `Array`; while a block is lowered to C the same name
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from typing import Any, TypeAlias
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 
-_SYMBOLIC = (ca.SX, ca.MX)
+_SYMBOLIC = ("SX", "MX")
 
 
 def is_symbolic(value: object) -> bool:
     """Whether `value` is a CasADi symbol or expression."""
-    return isinstance(value, _SYMBOLIC)
+    kind = type(value)
+    return kind.__name__ in _SYMBOLIC and kind.__module__.startswith("casadi")
 
 
-def _either(symbolic: Callable[..., Any], numeric: Callable[..., Any]) -> Callable[..., Any]:
+def _symbolic(name: str) -> Callable[..., Any]:
+    """A function of CasADi, which is slow to import: processes that compute with numbers only do without it."""
+    return getattr(import_module("casadi"), name)
+
+
+def _either(symbolic: str, numeric: Callable[..., Any]) -> Callable[..., Any]:
     def function(*arguments: Any) -> Any:
-        return (symbolic if any(map(is_symbolic, arguments)) else numeric)(*arguments)
+        return (_symbolic(symbolic) if any(map(is_symbolic, arguments)) else numeric)(*arguments)
 
     return function
 
 
-sin: Callable[[float], float] = _either(ca.sin, np.sin)
-cos: Callable[[float], float] = _either(ca.cos, np.cos)
-tan: Callable[[float], float] = _either(ca.tan, np.tan)
-acos: Callable[[float], float] = _either(ca.acos, np.arccos)
-tanh: Callable[[float], float] = _either(ca.tanh, np.tanh)
-atan2: Callable[[float, float], float] = _either(ca.atan2, np.arctan2)
-sqrt: Callable[[float], float] = _either(ca.sqrt, np.sqrt)
-exp: Callable[[float], float] = _either(ca.exp, np.exp)
-fmin: Callable[[float, float], float] = _either(ca.fmin, np.fmin)
-fmax: Callable[[float, float], float] = _either(ca.fmax, np.fmax)
-both: Callable[[Any, Any], bool] = _either(ca.logic_and, np.logical_and)
-either: Callable[[Any, Any], bool] = _either(ca.logic_or, np.logical_or)
-negate: Callable[[Any], bool] = _either(ca.logic_not, np.logical_not)
-where: Callable[[Any, Any, Any], Any] = _either(ca.if_else, lambda c, a, b: np.where(c, a, b)[()])
+sin: Callable[[float], float] = _either("sin", np.sin)
+cos: Callable[[float], float] = _either("cos", np.cos)
+tan: Callable[[float], float] = _either("tan", np.tan)
+acos: Callable[[float], float] = _either("acos", np.arccos)
+tanh: Callable[[float], float] = _either("tanh", np.tanh)
+atan2: Callable[[float, float], float] = _either("atan2", np.arctan2)
+sqrt: Callable[[float], float] = _either("sqrt", np.sqrt)
+exp: Callable[[float], float] = _either("exp", np.exp)
+fmin: Callable[[float, float], float] = _either("fmin", np.fmin)
+fmax: Callable[[float, float], float] = _either("fmax", np.fmax)
+both: Callable[[Any, Any], bool] = _either("logic_and", np.logical_and)
+either: Callable[[Any, Any], bool] = _either("logic_or", np.logical_or)
+negate: Callable[[Any], bool] = _either("logic_not", np.logical_not)
+where: Callable[[Any, Any, Any], Any] = _either("if_else", lambda c, a, b: np.where(c, a, b)[()])
 """`where(condition, a, b)`: both branches are evaluated, the unwanted one is dropped even when it is not a number."""
 
 
 def absolute(value: float) -> float:
     """The absolute value."""
-    return ca.fabs(value) if is_symbolic(value) else np.abs(value)
+    return _symbolic("fabs")(value) if is_symbolic(value) else np.abs(value)
 
 
 def sign(value: float) -> float:
     """The sign of a value: -1, 0 or 1."""
-    return ca.sign(value) if is_symbolic(value) else np.sign(value)
+    return _symbolic("sign")(value) if is_symbolic(value) else np.sign(value)
 
 
 def clip(value: float, low: float, high: float) -> float:
@@ -94,12 +100,12 @@ def _column(expression: Any) -> Array:
 def vector(values: Sequence[float]) -> Array:
     """One column of several values."""
     if any(map(is_symbolic, values)):
-        return _column(ca.vertcat(*values))
+        return _column(_symbolic("vertcat")(*values))
     return np.array([float(value) for value in values])
 
 
 def joined(parts: Sequence[Array]) -> Array:
     """Several columns, one below the other."""
     if any(map(is_symbolic, parts)):
-        return _column(ca.vertcat(*parts))
+        return _column(_symbolic("vertcat")(*parts))
     return np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in parts]) if parts else np.zeros(0)
