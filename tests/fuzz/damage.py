@@ -13,6 +13,8 @@ from tests.fuzz.hostile import pick
 _TOKEN: Final = re.compile(r"\w+|\s+|[^\w\s]")
 _NUMBER: Final = re.compile(r"[-+]?\d[\d.eE+-]*")
 _QUOTED: Final = re.compile(r'"[^"\n]*"')
+_LARGE: Final = 2**21
+"""The characters of a text that is not damaged further."""
 _WHOLE: Final = (1, 2, 4, 8)
 """The sizes of integers in binary files."""
 
@@ -73,6 +75,8 @@ def text_damaged(content: str, random: Random, others: Sequence[str] = ("",)) ->
 
     def once() -> None:
         nonlocal content
+        if len(content) > _LARGE:  # repeated further, it would say nothing new
+            return
         kind = random.randrange(8)
         if kind in (0, 1):
             pattern = pick(random, (_NUMBER, _NUMBER, _QUOTED, _TOKEN))

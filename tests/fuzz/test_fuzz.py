@@ -13,7 +13,7 @@ from tests.fuzz.trees import json_damaged, toml_damaged, xml_damaged
 from tests.fuzz.worker import judged
 from tests.fuzz.zips import packed, zip_damaged
 
-SLOW = {"summary": 200, "run_folder": 12, "rrd": 20, "ssd": 60, "ssv_ssm_ssb": 60, "annotation": 60, "archive": 60}
+SLOW = {"modelica": 15, "run_folder": 6, "rrd": 10, "ssd": 30, "ssv_ssm_ssb": 30, "annotation": 30}
 """How many inputs there are of the kinds that are not read at once."""
 REFUSED = {("modelica", 1)}
 """What is in order for its language, and refused all the same."""
@@ -29,7 +29,7 @@ def sound():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_damaged_files_are_refused_in_words(kind, tmp_path):
-    tally = Campaign(kind, 1, tmp_path).run(count=SLOW.get(kind.name, 150), jobs=1)
+    tally = Campaign(kind, 1, tmp_path).run(count=SLOW.get(kind.name, 60), jobs=1)
     assert {where: (found.what, found.numbers) for where, found in tally.found.items()} == {}
     assert tally.outcomes["refused"] > 0 or kind.name == "rrd"
 
