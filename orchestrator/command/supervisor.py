@@ -84,7 +84,11 @@ def main() -> None:
         _command(Lifeline())
         return
     reading, writing = os.pipe()
-    process = os.fork()
+    try:
+        process = os.fork()
+    except OSError:  # no process can be started, and the command will say so where it needs one
+        _command(Lifeline())
+        return
     if process:
         os.close(writing)
         sys.exit(_Supervisor(process, reading).wait())
