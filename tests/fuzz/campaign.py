@@ -130,14 +130,21 @@ class Campaign:
                 if deadline is not None and time.monotonic() > deadline:
                     break
             else:
-                code = process.wait()
-                if code != 0:
+                os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)  # its number stays its own
+                self._end_group(process.pid)
+                if code := process.wait():
                     errors.seek(0)
                     self._count(_death(number, code, errors.read()[-20000:].decode("utf-8", "replace")))
                     number += stride
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
+                return number
+            self._end_group(process.pid)
         return number
+
+    @staticmethod
+    def _end_group(number: int) -> None:
+        """End what a worker has started, and itself."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(number, signal.SIGKILL)
 
     def _count(self, verdict: dict[str, Any]) -> None:
         with self._lock:
