@@ -35,6 +35,8 @@ def read_bytes(path: Path, where: str, valid: str, largest: int) -> bytes:
             content = bytearray()
             while len(content) <= largest and (part := file.read(_AT_ONCE)):
                 content += part
+    except FileNotFoundError as error:
+        raise refuse(where, "no such file", valid) from error
     except (OSError, ValueError) as error:  # the name has a NUL, or is none in the encoding of the system
         reason = getattr(error, "strerror", None) or error
         raise refuse(where, f"a file that cannot be read ({reason})", valid) from error

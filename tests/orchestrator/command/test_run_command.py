@@ -69,7 +69,7 @@ def test_a_loop_of_an_ssp_is_solved_on_request_only(macrostep, in_tmp_path):
 def test_a_run_can_be_watched_without_a_viewer_here(macrostep):
     code, _, err = macrostep("run", "idle", "--blocks", "--stop-time", 0.2, "--live", "--no-viewer")
     assert code == 0
-    assert "live at rerun+http://127.0.0.1:" in err
+    assert "live in the browser at http://127.0.0.1:" in err
     code, _, err = macrostep("run", "idle", "--blocks", "--no-viewer")
     assert (code, err) == (2, "macrostep: --no-viewer: found no --live; valid: with --live only\n")
 
