@@ -65,4 +65,12 @@ class RunRecording:
         if shutil.disk_usage(file.parent).free < LEAST_ROOM:
             return "there is no room on the disk"
         again = replace(self._request, folder=file.parent, sink=file)
-        return recorded_by_process(again, self._simulation, self._about)
+        if not (problem := recorded_by_process(again, self._simulation, self._about)):
+            return ""
+        from orchestrator.recording.recording import Afterwards  # noqa: PLC0415 - slow to import
+
+        # Another process does not know what was added to this one, such as another socket.
+        here = Afterwards()
+        here.begin(again, self._simulation)
+        here.end(self._about)
+        return problem if here.wait() else ""

@@ -359,7 +359,7 @@ def problems_of(content, theirs=THEIRS):
         ),
         (
             {"state": {"reference": {"point": "rear_axle", "distance": amount("1.4", "m")}}},
-            "map.toml: state.reference.distance: found 1.4; valid: a finite number",
+            "map.toml: state.reference.distance: found `1.4`; valid: a finite number",
         ),
         (
             {"actuation": {"T_r": {"variable": "pedal", "max": amount(10**400, "N.m")}}},

@@ -17,7 +17,7 @@ def test_text_that_is_no_toml_is_told_with_its_line(tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_told(tmp_path):
-    with pytest.raises(RequestError, match=r"mine.toml: found a file that cannot be read"):
+    with pytest.raises(RequestError, match=r"mine.toml: found no such file; valid: a TOML file"):
         read_toml(tmp_path / "mine.toml")
 
 
