@@ -187,7 +187,8 @@ class ChildProcess(Generic[_T]):
         if self.is_alive and _IS_KEPT:
             self._process.terminate()  # the process between ends the others, and then itself
             self.death(_OBEYS)
-        if hasattr(os, "killpg"):
+        # The number of a process that has been waited for may be that of somebody else's group by now.
+        if hasattr(os, "killpg") and self._process.returncode is None:
             with suppress(ProcessLookupError, PermissionError):  # nothing is left of its group
                 os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
