@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import queue
 import socket
 import subprocess
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from rerun.chunk import RrdReader
@@ -111,18 +113,27 @@ def test_a_recording_whose_run_died_is_completed(simulation, tmp_path):
     assert "cut short" in said
 
 
-def test_the_process_does_without_pandas_which_takes_longer_to_import_than_rerun(simulation, tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPROFILEIMPORTTIME", "1")
+def test_the_process_does_without_pandas_which_takes_longer_to_import_than_rerun(simulation, tmp_path):
     simulation.run()
     with RecordingProcess() as process:
         process.begin(request(simulation, tmp_path), simulation)
+        process.wait_until_open()
+        maps = [path.read_text() for path in Path("/proc").glob("[0-9]*/maps") if _is_ours(path)]
         process.end({})
         assert process.wait() == ""
-        process._said.seek(0)
-        imported = {line.rpartition(b"|")[2].strip() for line in process._said.readlines()}
-    assert {b"rerun", b"pyarrow"} <= imported
-    assert not {name for name in imported if name.startswith((b"pandas.", b"matplotlib."))}
+    libraries = "".join(maps)
+    assert "rerun" in libraries
+    assert "site-packages/pandas" not in libraries
+    assert "site-packages/matplotlib" not in libraries
     assert read(tmp_path)[0] == 21
+
+
+def _is_ours(maps):
+    """Whether it is the memory of the process that records for this one."""
+    try:
+        return b"orchestrator.recording.worker" in (maps.parent / "cmdline").read_bytes() and os.access(maps, os.R_OK)
+    except OSError:
+        return False
 
 
 def test_a_process_of_which_nothing_was_asked_is_gone_at_once():
@@ -151,7 +162,7 @@ def test_nobody_waits_for_a_process_that_is_gone(simulation, tmp_path):
         process.wait_until_open()
         assert process._open.is_set(), "not because its time is over"
         process.end({})
-        assert process.wait() == "exit code -9"
+        assert process.wait() in {"exit code -9", "exit code -15"}  # the keeper's, where it was first
     assert not process._thread.is_alive()
 
 

@@ -72,7 +72,9 @@ def made(built_fmus, tmp_path_factory):
     (root / "list.toml").write_text(LIST)
     request = variations.request(3, seed=5)
     driven = driving.run(request, lambda: None)
-    return reproduce(experiments.load(root / "list.toml"), new_folder(root / "report"), SILENT, driven)
+    listed = experiments.load(root / "list.toml")
+    with new_folder(root / "report", listed) as claimed:
+        return reproduce(listed, claimed.path, SILENT, driven)
 
 
 @pytest.fixture(scope="module")
@@ -140,14 +142,21 @@ def test_the_varied_set_is_told_with_every_case(told):
 
 
 def test_a_reproduction_is_replaced_but_nothing_else_is(made, tmp_path):
-    with pytest.raises(RequestError, match="a folder with other things in it"):
-        new_folder(made.folder.parent)
+    listed = experiments.load(made.folder.parent / "list.toml")
+    with new_folder(made.folder, listed) as claimed:
+        assert claimed.path == made.folder
+        assert {path.name for path in made.folder.iterdir()} >= {"runs"}
+        assert not (made.folder / "report.json").exists()
+    (tmp_path / "report.json").write_text("mine")
+    with pytest.raises(RequestError):
+        new_folder(tmp_path, listed)
+    assert (tmp_path / "report.json").read_text() == "mine"
     (tmp_path / "file").touch()
     with pytest.raises(RequestError, match="a file"):
-        new_folder(tmp_path / "file")
+        new_folder(tmp_path / "file", listed)
 
 
 def test_without_a_name_the_next_number_is_taken(in_tmp_path):
-    first = new_folder(None)
-    assert str(first) == "runs/reproduce-1"
-    assert str(new_folder(None)) == "runs/reproduce-2"
+    listed = experiments.load()
+    with new_folder(None, listed) as first, new_folder(None, listed) as second:
+        assert (str(first.named), str(second.named)) == ("runs/reproduce-1", "runs/reproduce-2")

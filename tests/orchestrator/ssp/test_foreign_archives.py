@@ -113,7 +113,7 @@ def test_a_package_that_is_used_twice_is_unpacked_once(tmp_path, plain):
     document = read_document(package, package.folder / DESCRIPTION_FILE)
     root = read_structure(document)
     assert [*root.elements] == ["p", "q"]
-    assert (findings.problems, len(findings.expansion.folders), findings.expansion.systems) == ([], 2, 2)
+    assert (findings.problems, len(findings.expansion.packages), findings.expansion.systems) == ([], 2, 2)
 
 
 @pytest.mark.parametrize(
