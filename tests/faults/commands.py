@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pandas as pd
+import pyarrow.parquet as pq
 
 COMMAND = str(Path(sys.executable).with_name("macrostep"))
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -50,6 +51,12 @@ class Started:
     def wait_for(self, name):
         """Wait until there is a file, or the command has ended."""
         while self.process.poll() is None and not (self.folder / name).exists():
+            time.sleep(0.01)
+
+    def wait_for_rows(self, name):
+        """Wait until a run has rows on disk, or has ended."""
+        parts = self.folder / name / "rows"
+        while self.process.poll() is None and not any(pq.read_metadata(p).num_rows for p in parts.glob("part-*")):
             time.sleep(0.01)
 
     def end(self, within=300):

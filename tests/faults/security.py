@@ -142,7 +142,7 @@ def entity(folder, _):
     assert "secret" not in said.replace("secret.txt", "")
 
 
-@fault(GROUP, "sources of an SSP outside it")
+@fault(GROUP, "sources of an SSP outside it", short=False)
 def sources_outside(folder, _):
     inner = simple(folder)
     for uri in ("../m.fmu", f"file://{inner}", str(inner), "http://127.0.0.1:9/m.fmu", "resources/../../m.fmu"):
@@ -179,7 +179,7 @@ def terminal(folder, _):
         assert "a[/b]" in out + said
 
 
-@fault(GROUP, "temporary files while it runs are for their owner alone")
+@fault(GROUP, "temporary files while it runs are for their owner alone", short=False)
 def private(folder, _):
     place = folder / "tmp"
     place.mkdir()
@@ -193,7 +193,7 @@ def private(folder, _):
     assert not list(place.iterdir())
 
 
-@fault(GROUP, "a name in an SSP that leads out of runs/")
+@fault(GROUP, "a name in an SSP that leads out of runs/", short=False)
 def hostile_name(folder, _):
     simple(folder)
     element = ssps.component("a", "m.fmu", ssps.connectors("y:output"))

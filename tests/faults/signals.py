@@ -20,7 +20,7 @@ def names(numbers):
 def at_any_time(number, *, to_all):
     def check(folder, random):
         run = Started(folder, *LASTS, "--out", "r")
-        run.wait_for("r/recording.rrd")
+        run.wait_for_rows("r")
         time.sleep(3 * random.random())
         (os.killpg if to_all else os.kill)(run.process.pid, number)
         code, said = run.end()
@@ -34,7 +34,9 @@ def at_any_time(number, *, to_all):
 
 for to_all, how in ((False, "to the command"), (True, "to all its processes")):
     for number in SIGNALS:
-        fault(GROUP, f"{number.name} {how} at any tick", short=to_all)(at_any_time(number, to_all=to_all))
+        fault(GROUP, f"{number.name} {how} at any tick", short=to_all and number is signal.SIGTERM)(
+            at_any_time(number, to_all=to_all)
+        )
 
 
 def during_start(number):
@@ -57,7 +59,7 @@ for number in SIGNALS:
 @fault(GROUP, "SIGINT twice, the second while the folder is completed")
 def twice(folder, random):
     run = Started(folder, *LASTS, "--out", "r")
-    run.wait_for("r/recording.rrd")
+    run.wait_for_rows("r")
     time.sleep(1)
     run.process.send_signal(signal.SIGINT)
     time.sleep(random.random())
@@ -68,10 +70,10 @@ def twice(folder, random):
     assert (folder / "r" / "figures" / "trajectory.png").exists()
 
 
-@fault(GROUP, "SIGSTOP and SIGCONT to all its processes")
+@fault(GROUP, "SIGSTOP and SIGCONT to all its processes", short=False)
 def stopped(folder, random):
     run = Started(folder, "run", "static", "--blocks", "--realtime", "6", "--out", "r")
-    run.wait_for("r/recording.rrd")
+    run.wait_for_rows("r")
     time.sleep(random.random())
     os.killpg(run.process.pid, signal.SIGSTOP)
     time.sleep(2)
@@ -83,7 +85,7 @@ def stopped(folder, random):
 @fault(GROUP, "SIGKILL to the command, and the same folder again")
 def killed(folder, random):
     run = Started(folder, *LASTS, "--out", "r")
-    run.wait_for("r/recording.rrd")
+    run.wait_for_rows("r")
     time.sleep(2 * random.random())
     run.process.kill()
     run.end()
@@ -93,21 +95,21 @@ def killed(folder, random):
     is_whole(folder / "r", "finished")
 
 
-@fault(GROUP, "ignored SIGINT and SIGHUP, as in the background under nohup")
+@fault(GROUP, "ignored SIGINT and SIGHUP, as in the background under nohup", short=False)
 def ignored(folder, _):
     def ignore():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
     run = Started(folder, "run", "static", "--blocks", "--realtime", "6", "--out", "r", preexec_fn=ignore)
-    run.wait_for("r/recording.rrd")
+    run.wait_for_rows("r")
     os.killpg(run.process.pid, signal.SIGHUP)
     os.killpg(run.process.pid, signal.SIGINT)
     assert run.end()[0] == 0
     is_whole(folder / "r", "finished")
 
 
-@fault(GROUP, "nobody reads what it prints")
+@fault(GROUP, "nobody reads what it prints", short=False)
 def closed_pipe(folder, _):
     run = Started(folder, "run", "static", "--blocks", "--stop-time", 1, "--out", "r", stderr=subprocess.DEVNULL)
     run.process.stdout.close()
