@@ -84,6 +84,7 @@ def main() -> None:
         _command(Lifeline())
         return
     reading, writing = os.pipe()
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING_SIGNALS)  # they wait until both processes are ready for them
     try:
         process = os.fork()
     except OSError:  # no process can be started, and the command will say so where it needs one
@@ -91,7 +92,9 @@ def main() -> None:
         return
     if process:
         os.close(writing)
-        sys.exit(_Supervisor(process, reading).wait())
+        supervisor = _Supervisor(process, reading)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
+        sys.exit(supervisor.wait())
     os.close(reading)
     from fmus.toolchain.child_process import end_when_closed, moved  # noqa: PLC0415 - not in the other process
 
@@ -111,6 +114,8 @@ def _command(lifeline: Lifeline) -> None:
     code = 1
     try:
         with interruptible():
+            if hasattr(signal, "pthread_sigmask"):
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
             from orchestrator.command import main as command  # noqa: PLC0415 - not in the process that outlives it
 
             command.main(lifeline)
