@@ -37,15 +37,6 @@ class Clock:
         return self.causality == "input" and self.interval_variability == "triggered"
 
 
-def clocks(root: Any) -> tuple[Clock, ...]:
-    """All clocks of a model description.
-
-    Args:
-        root: The root element of the XML file, whose attributes follow the schema of FMI 3.0.
-    """
-    return tuple(clock_of(element) for element in root.iterfind("ModelVariables/Clock"))
-
-
 def clock_of(element: Any) -> Clock:
     """One clock, of its element.
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from contextlib import suppress
 from typing import Any
 
 from fmus.toolchain.child_process import ParentProcess
 from fmus.toolchain.limits import FLATTENING_MEMORY
+from fmus.toolchain.memory_limit import memory_limit
 from fmus.toolchain.scratch import scratch_folder
 
 
@@ -22,19 +22,12 @@ def main() -> None:
     """Answer requests until the parent has ended."""
     parent = ParentProcess()
     parent.end_with_parent()
-    _limit_memory()
+    memory_limit(FLATTENING_MEMORY)()
     with scratch_folder("modelica") as folder:
         os.chdir(folder)  # rumoca reads all Modelica files beside the one that it is given
         with suppress(EOFError):
             while True:
                 parent.answer(json.dumps(flattened(json.loads(parent.request()))))
-
-
-def _limit_memory() -> None:
-    if sys.platform == "linux":
-        import resource  # noqa: PLC0415 - only POSIX has it
-
-        resource.setrlimit(resource.RLIMIT_AS, (FLATTENING_MEMORY, FLATTENING_MEMORY))
 
 
 def flattened(request: dict[str, Any]) -> dict[str, Any]:

@@ -25,9 +25,7 @@ _HARMLESS: Final = re.compile(
     r"|function-sections|plt|semantic-interposition|pic|PIC|permissive|threadsafe-statics)"
     r"|-ffp-contract=(off|on|fast)|-fvisibility=(default|hidden|protected|internal)|-fexcess-precision=(fast|standard)"
 )
-_MACRO: Final = re.compile(r"[A-Za-z_]\w*(\([\w, .]*\))?")
 _DEFINITION: Final = re.compile(r"-D([A-Za-z_]\w*(?:\([\w, .]*\))?)(?:=([^\x00-\x1f\x7f]*))?|-U[A-Za-z_]\w*")
-_LIBRARY: Final = re.compile(r"[A-Za-z0-9_][\w.+-]*")
 _OF_SYSTEM: Final = re.compile(r"-l([A-Za-z0-9_][\w.+-]*)")
 _LONGEST: Final = 10_000
 """The most characters of one option."""
@@ -60,13 +58,3 @@ def _is_harmless(option: str) -> bool:
     if option.startswith("-I"):  # in the folder of the sources
         return option[2:] in {".", "./"} or not path_problem(option[2:])
     return any(pattern.fullmatch(option) for pattern in (_HARMLESS, _DEFINITION, _OF_SYSTEM))
-
-
-def definition(name: str, value: str | None) -> str:
-    """The option for a definition of the preprocessor."""
-    return f"-D{name}" if value is None else f"-D{name}={value}"
-
-
-def is_library_name(name: str) -> bool:
-    """Whether a name can be that of a library of the system, such as `m` or `blas`."""
-    return bool(_LIBRARY.fullmatch(name))

@@ -10,19 +10,18 @@ import os
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from components.interfaces.problem import refuse
 from fmus.toolchain.child_death import ChildDiedError, ChildSilentError, death_in_words
 from fmus.toolchain.child_process import ChildProcess, ParentProcess
 from fmus.toolchain.door import exception_in_words
 from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
+from fmus.toolchain.memory_limit import memory_limit, without_core_files
 
 _Child: TypeAlias = ChildProcess[str]
 _kept: list[dict[str, _Child]] = []
 """The processes that are asked again, by their module, in a block of `readers_kept`; empty outside."""
-_SHOWN: Final = 200
-"""The characters of a reason that a message shows."""
 
 
 @contextmanager
@@ -95,7 +94,8 @@ def answer(convert: Callable[[str, str], None]) -> None:
     """
     parent = ParentProcess()
     parent.end_with_parent()
-    _limit_memory()
+    without_core_files()
+    memory_limit(LIBRARY_MEMORY)()
     while True:
         try:
             source, target = parent.request()
@@ -107,19 +107,6 @@ def answer(convert: Callable[[str, str], None]) -> None:
 def _reason(convert: Callable[[str, str], None], source: str, target: str) -> str:
     try:
         convert(source, target)
-    except Exception as error:  # noqa: BLE001 - the parent tells it
+    except BaseException as error:  # noqa: BLE001 - the parent tells it, also the panic of a library in Rust
         return f"a file that cannot be read ({exception_in_words(error)})"
-    except BaseException as error:  # noqa: BLE001 - a panic of a library in Rust
-        return f"a file that cannot be read ({' '.join(f'{type(error).__name__}: {error}'.split())[:_SHOWN]})"
     return ""
-
-
-def _limit_memory() -> None:
-    try:
-        import resource  # noqa: PLC0415 - only POSIX has it
-    except ImportError:
-        return
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    _, highest = resource.getrlimit(resource.RLIMIT_AS)
-    limit = LIBRARY_MEMORY if highest == resource.RLIM_INFINITY else min(LIBRARY_MEMORY, highest)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, highest))

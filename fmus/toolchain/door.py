@@ -45,7 +45,7 @@ def reading(where: str, valid: str, remedy: str = "", what: str = "something tha
         raise refuse(where, f"{found} ({exception_in_words(error)})", valid, remedy) from error
 
 
-def exception_in_words(error: Exception) -> str:
+def exception_in_words(error: BaseException) -> str:
     """The kind of an exception and its text, in one line of bounded length."""
     text = " ".join(str(error).split())
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

@@ -26,11 +26,22 @@ def plain(text: str | bytes | None, longest: int = LONGEST_MESSAGE) -> str:
     if isinstance(begin, bytes):
         begin = begin.decode("utf-8", "replace")
     line = " ".join(begin.split())
-    if not line.isprintable():
-        line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    line = escaped(line)
     return line if len(line) <= longest and len(text) <= _READ_PER_SHOWN * longest else f"{line[:longest]} ..."
 
 
 def printed(text: str) -> str:
     """What a foreign process prints, for a terminal: its lines, in which control characters stand as escapes."""
-    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+    return escaped(text, kept="\n\t")
+
+
+def escaped(text: str, kept: str = "") -> str:
+    """A text in which no character can command a terminal, or change the direction of others: these stand as escapes.
+
+    Args:
+        text: The text.
+        kept: Characters that stay as they are, though nobody sees them.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in kept else c.encode("unicode_escape").decode() for c in text)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -16,8 +15,6 @@ from fmus.toolchain.scratch import scratch_folder
 
 _KEPT: Final = 2**16
 """[byte] What is kept of what a command says."""
-_SLICE: Final = 0.05
-"""[s] The time after which it is looked again whether the command has ended."""
 _LIMITS: Final = 'ulimit -c 0; ulimit -v {memory} 2>/dev/null; ulimit -f {output} 2>/dev/null; exec "$@"'
 """What the shell sets before it becomes the command; macOS has no limit of memory."""
 _BLOCK: Final = 512
@@ -94,11 +91,10 @@ def _started(
 
 
 def _end(process: subprocess.Popen[bytes], within: float) -> int | None:
-    deadline = time.monotonic() + within
-    while time.monotonic() < deadline:
-        with suppress(subprocess.TimeoutExpired):
-            return process.wait(_SLICE)
-    return None
+    try:
+        return process.wait(within)
+    except subprocess.TimeoutExpired:
+        return None
 
 
 def _end_group(process: subprocess.Popen[bytes]) -> None:

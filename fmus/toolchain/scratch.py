@@ -36,7 +36,8 @@ def scratch_folder(purpose: str) -> tempfile.TemporaryDirectory[str]:
 
 def scratch_root() -> Path:
     """The folder in which the temporary folders of this process stand."""
-    return Path(os.environ.get(SCRATCH, "")) if SCRATCH in os.environ else _own(os.getpid(), tempfile.gettempdir())[0]
+    given = os.environ.get(SCRATCH)
+    return Path(given) if given is not None else _own(os.getpid(), tempfile.gettempdir())[0]
 
 
 @lru_cache

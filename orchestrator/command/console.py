@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.text import Text
 from typing_extensions import override
 
+from fmus.toolchain.foreign_text import escaped
+
 if TYPE_CHECKING:  # the start of the command does not wait for them
     from rich.status import Status
 
@@ -46,7 +48,7 @@ def visible(text: str) -> str:
     if len(text) > _LONGEST:
         half = _LONGEST // 2
         text = f"{text[:half]} ... ({len(text) - 2 * half} characters) ... {text[-half:]}"
-    return "".join(c if c in "\n\t\xa0" or c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return escaped(text, kept="\n\t\xa0")
 
 
 out = _PlainConsole(stderr=False)

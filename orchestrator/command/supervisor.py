@@ -26,8 +26,8 @@ _STOPS_WITHIN: Final = 10.0
 """[s] The time that the process has to stop stepping, or to complete its folder, after a signal."""
 _LOOKS_EVERY: Final = 0.2
 """[s] The time between two looks whether the process is alive."""
-_OUTLIVED: Final = ("run",)
-"""The subcommands that may load foreign libraries into their own process."""
+_OUTLIVED: Final = "run"
+"""The subcommand that may load foreign libraries into its own process."""
 
 
 class Lifeline:
@@ -80,7 +80,7 @@ class _Told:
 def main() -> None:
     """Run the command; where it may load foreign libraries, in a process that this one outlives."""
     _import_nothing_from_here()
-    if not hasattr(os, "fork") or sys.argv[1:2] not in [[name] for name in _OUTLIVED] or "--help" in sys.argv:
+    if not hasattr(os, "fork") or sys.argv[1:2] != [_OUTLIVED] or "--help" in sys.argv:
         _command(Lifeline())
         return
     reading, writing = os.pipe()

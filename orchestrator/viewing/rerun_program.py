@@ -18,6 +18,7 @@ from urllib.parse import quote, urlsplit
 
 from components.interfaces.problem import refuse
 from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
+from fmus.toolchain.memory_limit import memory_limit
 
 LOOPBACK: Final = "127.0.0.1"
 PORT: Final = 9876
@@ -60,25 +61,19 @@ def answer_of(*arguments: str) -> str:
             capture_output=True,
             check=False,
             timeout=LIBRARY_TIME,
-            preexec_fn=_with_limits(),
+            preexec_fn=_with_limits() if os.name == "posix" else None,
         )
     except subprocess.TimeoutExpired:
         return ""
     return (done.stdout + done.stderr).decode("utf-8", "replace")
 
 
-def _with_limits() -> Callable[[], object] | None:
-    """What the process does first so that it takes no more memory than it may; None where no system call does it."""
-    try:
-        import resource  # noqa: PLC0415 - only POSIX has it
-    except ImportError:
-        return None
-    with_parent, limit = end_with_parent(), LIBRARY_MEMORY
-    highest = resource.getrlimit(resource.RLIMIT_AS)[1]
-    soft = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
+def _with_limits() -> Callable[[], object]:
+    """What the process does first so that it takes no more memory than it may, and ends with this one."""
+    limit_memory, with_parent = memory_limit(LIBRARY_MEMORY), end_with_parent()
 
     def prepare() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (soft, highest))
+        limit_memory()
         if with_parent is not None:
             with_parent()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from lxml import etree
 
-from fmus.clock import Clock, clocks
+from fmus.clock import Clock, clock_of
 
 
 def declared(**attributes):
@@ -13,7 +13,7 @@ def declared(**attributes):
     variables = etree.SubElement(root, "ModelVariables")
     etree.SubElement(variables, "Float64", name="x", valueReference="1")
     etree.SubElement(variables, "Clock", name="c", valueReference="7", **attributes)
-    (clock,) = clocks(root)
+    (clock,) = _clocks(root)
     return clock
 
 
@@ -48,3 +48,7 @@ def test_only_input_clocks_are_made_to_tick(variability):
 def test_times_that_are_none_are_no_clock(interval):
     with pytest.raises(ValueError, match=r"could not convert|an interval of"):
         declared(causality="input", intervalVariability="constant", intervalDecimal=interval)
+
+
+def _clocks(root):
+    return tuple(clock_of(element) for element in root.iterfind("ModelVariables/Clock"))
