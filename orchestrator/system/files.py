@@ -48,11 +48,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         except tomllib.TOMLDecodeError as error:
             raise refuse(where, f"text that is no TOML ({error})", _TOML) from error
         except ValueError as error:  # Python reads no number of so many digits, and tells no line
-            long = _LONG_NUMBER.search(text)
-            line = f", line {text.count(chr(10), 0, long.start()) + 1}" if long else ""
-            raise refuse(
-                f"{where}{line}", f"a value that cannot be read ({exception_in_words(error)})", _NUMBER
-            ) from error
+            place = _at(where, text, _LONG_NUMBER.search(text))
+            raise refuse(place, f"a value that cannot be read ({exception_in_words(error)})", _NUMBER) from error
     raise_if_any(
         Problem(f"{where}: {key}", f"a number of {digits} digits", _NUMBER) for key, digits in _too_large(content)
     )

@@ -18,7 +18,8 @@ from typing import Final, Self, final
 
 from typing_extensions import override
 
-from fmus.toolchain.child_process import ChildDiedError, ChildProcess, ChildSilentError
+from fmus.toolchain.child_death import ChildDiedError, ChildSilentError
+from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.typed_messages import UnreadableMessageError
 from orchestrator.viewing.live_server import STALLS_AFTER, LiveFile, growing
 from orchestrator.viewing.rerun_program import (
