@@ -67,7 +67,11 @@ def test_options_that_need_live_or_exclude_each_other_are_told():
 def listeners(pid):
     """Hosts and ports on which a process listens, as /proc has them: hexadecimal, lowest byte first."""
     inodes = set()
-    for link in Path(f"/proc/{pid}/fd").iterdir():
+    try:
+        links = list(Path(f"/proc/{pid}/fd").iterdir())
+    except OSError:  # the process has ended since it was counted
+        links = []
+    for link in links:
         try:
             inodes |= set(re.findall(r"socket:\[(\d+)\]", str(link.readlink())))
         except OSError:
