@@ -20,7 +20,7 @@ def noted(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
     """The function, which notes its name first where that is wanted."""
     if not _places:
         return function
-    (place,), text = _places, name.encode()[:LONGEST_NAME].ljust(LONGEST_NAME, b"\0")
+    (place,), text = _places, _text(name)
 
     def call(*arguments: Any) -> Any:
         place[:] = text
@@ -28,6 +28,16 @@ def noted(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
 
     call.__name__ = name
     return call
+
+
+def note(name: str) -> None:
+    """Note a call once more that others have followed: what is told is about it."""
+    for place in _places:
+        place[:] = _text(name)
+
+
+def _text(name: str) -> bytes:
+    return name.encode()[:LONGEST_NAME].ljust(LONGEST_NAME, b"\0")
 
 
 def name_of(call: object) -> str:

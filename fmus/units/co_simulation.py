@@ -21,7 +21,7 @@ from fmus.toolchain.fmpy_library import (
     fmi3Error,
     free,
 )
-from fmus.toolchain.last_call import name_of
+from fmus.toolchain.last_call import name_of, note
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI2_API, FMI3_API
 from fmus.units.fmu_unit import FmuUnit
@@ -48,17 +48,22 @@ class CoSimulationUnit(FmuUnit):
 
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""
-        self._failed_in = name_of(self._do_step)
         if not is_failure(status) or t != self._setup.start or self._stop_is_told or self._setup.stop is None:
-            return status
+            return self._failed_step(status)
         try:
             self._tell_stop(UnitError(self.name, "the first step failed", self.messages))
             carry_out(self._setters)
             self.exit_initialization()
         except UnitError:
-            return status
+            return self._failed_step(status)
         carry_out(self._setters)
         return self.step(t, h)
+
+    def _failed_step(self, status: int) -> int:
+        """The status of a step that has failed; calls that followed it are not to blame."""
+        self._failed_in = name_of(self._do_step)
+        note(self._failed_in)
+        return status
 
 
 class Fmu2Unit(CoSimulationUnit):

@@ -8,6 +8,7 @@ run folder where the other one did not.
 from __future__ import annotations
 
 import json
+import mmap
 import os
 import select
 import signal
@@ -21,6 +22,7 @@ from types import FrameType
 from typing import Final
 
 from components.interfaces.interruption import ENDING_SIGNALS, interruptible
+from fmus.toolchain.last_call import LONGEST_NAME, last_call, note_calls
 
 _STOPS_WITHIN: Final = 10.0
 """[s] The time that the process has to stop stepping, or to complete its folder, after a signal."""
@@ -84,6 +86,7 @@ def main() -> None:
         _command(Lifeline())
         return
     reading, writing = os.pipe()
+    called = memoryview(mmap.mmap(-1, LONGEST_NAME))  # both processes have it
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDING_SIGNALS)  # they wait until both processes are ready for them
     try:
         process = os.fork()
@@ -92,7 +95,7 @@ def main() -> None:
         return
     if process:
         os.close(writing)
-        supervisor = _Supervisor(process, reading)
+        supervisor = _Supervisor(process, reading, called)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
         sys.exit(supervisor.wait())
     os.close(reading)
@@ -101,6 +104,7 @@ def main() -> None:
     descriptor = moved(writing)  # where no library takes it for its own
     os.close(writing)
     end_when_closed(descriptor)
+    note_calls(called)
     _command(Lifeline(descriptor))
 
 
@@ -139,8 +143,8 @@ def _interrupted() -> int:
 class _Supervisor:
     """Waits for the process that steps, passes signals on, and concludes for it where it cannot."""
 
-    def __init__(self, process: int, reading: int) -> None:
-        self._process, self._reading = process, reading
+    def __init__(self, process: int, reading: int, called: memoryview) -> None:
+        self._process, self._reading, self._called = process, reading, called
         self._told = _Told()
         self._deadline = float("inf")
         self._interrupted = self._killed = False
@@ -186,6 +190,8 @@ class _Supervisor:
         """Tell what the process could not tell, complete its folder, and return the exit code."""
         told = self._told
         if told.code is not None and status == told.code:
+            if status and told.folder:
+                _complete_if_unfinished(Path(told.folder))
             return status
         from fmus.toolchain.child_death import Death, death_in_words  # noqa: PLC0415 - only this needs them
         from orchestrator.command.console import FAULT, INTERRUPTED, err  # noqa: PLC0415
@@ -193,6 +199,8 @@ class _Supervisor:
         if self._interrupted and not told.folder:
             return _interrupted()
         words = death_in_words(Death(status))
+        if call := last_call(self._called):
+            words += f"; the last call of an FMU in this process was `{call}`"
         err.show_cursor()
         if told.code is not None:
             text = f"the process that steps died when it was closed ({words}); the folder is complete"
@@ -206,6 +214,14 @@ class _Supervisor:
         if told.folder:
             _complete(Path(told.folder), reason, interrupted=self._interrupted)
         return INTERRUPTED if self._interrupted else FAULT
+
+
+def _complete_if_unfinished(folder: Path) -> None:
+    """Complete a run folder that the other process has left: a library may have taken files or memory from it."""
+    from orchestrator.results.run_folder import DRAFT  # noqa: PLC0415 - only a run that failed needs it
+
+    if (folder / DRAFT).is_file():
+        _complete(folder, "the process that steps could not complete the folder", interrupted=False)
 
 
 def _complete(folder: Path, reason: str, *, interrupted: bool) -> None:

@@ -26,6 +26,8 @@ PATIENCE: Final = 1.0
 """[s] The time that an answer may take."""
 LONGEST: Final = 200.0
 """[s] What a run may take in all: far from any patience, so that a busy machine is no fault and a hang is one."""
+_END_WITHIN: Final = 20.0
+"""[s] The time in which a process has to notice that the one that started it is gone: a busy machine is no fault."""
 _MARK: Final = "MACROSTEP_FAULT"
 
 
@@ -105,7 +107,9 @@ def _check(ended: Ended, mark: str, began: float) -> None:
     assert took < LONGEST, f"it took {took:.0f} s"
     assert len(ended.said) < 10_000, f"it said {len(ended.said)} characters"
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202e]", ended.said), f"control characters in {ended.said!r}"
-    left = _marked_processes(mark)
+    end = time.monotonic() + _END_WITHIN
+    while (left := _marked_processes(mark)) and time.monotonic() < end:
+        time.sleep(0.05)
     assert not left, f"{len(left)} processes are left"
 
 

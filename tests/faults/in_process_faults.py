@@ -30,12 +30,15 @@ for version in "23":
     put(_GROUP, version, (f"fmi{version}GetString",), _TEXTS, 0, way=_HERE, short=_SHORT)
     put(_GROUP, version, (f"fmi{version}GetString",), {"huge text": "more than 1048576 bytes"}, 1, rows=3, way=_HERE)
     crashes = {n: s for n, s in ENDS.items() if n != "loop"}  # nobody waits for an answer here; a person ends it
-    put(_GROUP, version, (step, early[0]), crashes, 1, way=_COMMAND, by="by the command")
+    put(_GROUP, version, (step,), crashes, 1, way=_COMMAND, by="by the command")
+    put(_GROUP, version, early[:1], crashes, 1, rows=-1, way=_COMMAND, by="by the command")  # no folder is there yet
     late = (f"fmi{version}FreeInstance", "destructor")
     assert all(map(AT_THE_END.fullmatch, late))
     put(_GROUP, version, late, dict.fromkeys(crashes), 0, rows=11, way=_COMMAND, by="by the command")
-    others = ("close all", "handlers", "limits", "environment", "fork and leave", "thread", "exit handler", "delete")
+    others = ("close all", "handlers", "environment", "thread", "exit handler", "delete")
     put(_GROUP, version, (step,), dict.fromkeys(others), 0, rows=3, way=_COMMAND, by="by the command")
+    # no file can be written any more: the process that is left completes the folder with the rows of half a second ago
+    put(_GROUP, version, (step,), {"limits": "ticks are in"}, 1, way=_COMMAND, by="by the command")
 put(
     _GROUP,
     "3",

@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 
 from fmus.toolchain import last_call as module
-from fmus.toolchain.last_call import LONGEST_NAME, last_call, name_of, note_calls, noted
+from fmus.toolchain.last_call import LONGEST_NAME, last_call, name_of, note, note_calls, noted
 
 
 @pytest.fixture
@@ -43,3 +43,11 @@ def test_calls_tell_their_names(place):
     note_calls(place)
     assert name_of(partial(noted("fmi2GetReal", int), 1)) == "fmi2GetReal"
     assert name_of(None) == name_of(3) == ""
+
+
+def test_a_call_is_noted_again_where_others_have_followed_it(place):
+    note("fmi2DoStep")  # nothing is noted where nobody asked for it
+    note_calls(place)
+    noted("fmi2GetBooleanStatus", int)()
+    note("fmi2DoStep")
+    assert last_call(place) == "fmi2DoStep"

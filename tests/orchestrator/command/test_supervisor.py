@@ -98,7 +98,10 @@ def test_a_process_that_an_fmu_ends_is_told_and_its_rows_are_kept(tmp_path, step
     arguments = ("run", "m.fmu", "--stop-time", 4, "--step", 0.1, "--in-process", "--out", "r")
     code, err = ended(started(tmp_path, *arguments))
     assert code == 1
-    assert re.search(rf"macrostep: the run ended in a fault: the process that steps died \(({found})\)", err), err
+    assert re.search(
+        rf"macrostep: the run ended in a fault: the process that steps died \(({found}); the last call", err
+    ), err
+    assert "of an FMU in this process was `fmi3DoStep`)" in " ".join(err.split())
     told = json.loads((tmp_path / "r" / "summary.json").read_text())
     assert told["status"] == "fault"
     assert re.search(found, told["fault"]["reason"])
