@@ -19,6 +19,7 @@ from orchestrator.recording.recording import Afterwards
 from orchestrator.recording.run_recording import RunRecording
 from orchestrator.results import summary
 from orchestrator.results.claimed_folder import ClaimedFolder
+from orchestrator.results.departure import Departure
 from orchestrator.results.growth import growth_remarks
 from orchestrator.results.live_folder import LiveFolder
 from orchestrator.results.metrics import Chosen
@@ -167,6 +168,7 @@ class _Run:
             content["figures"] = f"not drawn: {failed}"
         progress.now("writing the recording")
         notes = [*self._recorded(), *growth_remarks(self._columns, self._scenario.system.units)]
+        notes += [str(Departure(**content["departure"]))] if "departure" in content else []
         if unwritten := self.folder.conclude(content):
             self._ended = self._ended or self._fault(unwritten)
             notes.append(unwritten)

@@ -37,8 +37,13 @@ RUN_OPTIONS: Final = (
 )
 """The shared options that the subcommand takes."""
 
-_SHOWN: Final = ("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max", "r_peak", "mu_f_max", "mu_r_max")
-"""The metrics that are printed after a run."""
+_SHOWN: Final = {
+    **dict.fromkeys(("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max"), "m"),
+    "r_peak": "rad/s",
+    "mu_f_max": "",
+    "mu_r_max": "",
+}
+"""The metrics that are printed after a run, and their units."""
 
 
 def _watching(*names: str, **facts: Any) -> Any:
@@ -113,9 +118,9 @@ def _print_summary(finished: Finished) -> None:
     for name, holds in summary["verdicts"].items():
         out.print(f"  {name.replace('_', ' '):24}", end="")
         out.print("yes" if holds else "no", style="green" if holds else "red")
-    for name in _SHOWN:
+    for name, unit in _SHOWN.items():
         if name in summary["metrics"]:
-            out.print(f"  {name:24}{summary['metrics'][name]:.3f}")
+            out.print(f"  {name:24}{summary['metrics'][name]:.3f} {unit}".rstrip())
     out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp  figures/")
     out.print(f"Look at it with: macrostep show {folder}")
 

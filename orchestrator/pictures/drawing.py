@@ -22,9 +22,6 @@ HEIGHT: Final = 1.4
 ROAD_BEFORE: Final = 40.0
 """[m] Length of the road that is drawn before the first and behind the last place of interest."""
 
-ROAD_AT_MOST: Final = (-1e4, 1e4)
-"""[m] Ends of the longest road that is drawn, also for a vehicle that has diverged."""
-
 ERROR_SCALE: Final = 0.5
 """[m] Path error that is drawn in full red."""
 

@@ -19,6 +19,7 @@ from orchestrator.pictures.drawing import Boxes
 from orchestrator.pictures.plots import Limit
 from orchestrator.pictures.shapes import Memory
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
+from orchestrator.results.departure import in_surroundings
 from orchestrator.results.geometry import box_distance
 from orchestrator.results.metrics import edge_gap
 from orchestrator.system.scene import Scene
@@ -195,6 +196,8 @@ class EventLog:
         gap = edge_gap(ego, self._scene)
         for row in self._memory.begins("edge", gap < 0):
             yield Event(int(row), f"off the road by {-gap[row]:.2f} m", "ERROR")
+        for row in self._memory.begins("surroundings", ~in_surroundings(ego[:, 0], ego[:, 1], self._scene)):
+            yield Event(int(row), f"left the surroundings of the road at y = {ego[row, 1]:.3g} m", "ERROR")
 
     def _ego_boxes(self, columns: SignalColumns) -> Array | None:
         """The box of the ego vehicle in every row, `(n, 5)`: x and y of its centre, yaw angle, length, width."""

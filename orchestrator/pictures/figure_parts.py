@@ -30,7 +30,8 @@ STILL: Final = 0.1
 """[m] An obstacle that moves by less than this stands still."""
 EGO_COLOUR, OBSTACLE_COLOUR = "#1f6fd1", "#d1602a"
 _SNAPSHOTS: Final = 1.0
-"""[s] Time between two places of the vehicle that are drawn."""
+"""[s] Time between two places of the vehicle that are drawn, as long as they are not too many."""
+_MOST_SNAPSHOTS: Final = 200
 
 
 def sheet(height: float, rows: int, *, gap: float = 0.0, sharex: bool = False) -> tuple[Figure, NDArray[Any]]:
@@ -90,23 +91,23 @@ def road(axes: Axes, scene: Scene, low: float, high: float) -> None:
     axes.add_collection(LineCollection(list(strokes), colors="0.6", linewidths=1, zorder=1))
 
 
-def vehicle(axes: Axes, columns: SignalColumns, pose: tuple[Array, ...], scene: Scene) -> None:
-    """Draw the box of the vehicle once per second.
+def vehicle(axes: Axes, time: Array, pose: tuple[Array, ...], scene: Scene) -> None:
+    """Draw the box of the vehicle once per second, or less often in a long run.
 
     Args:
         axes: The panel.
-        columns: The rows of the run.
+        time: The time [s] of each row, `(n,)`.
         pose: Position x, y and yaw angle in each row, each `(n,)`.
         scene: The size of the vehicle.
     """
-    moments = np.arange(columns.time[0], columns.time[-1] + 1e-9, _SNAPSHOTS)
-    kept = np.unique(np.searchsorted(columns.time, moments - 1e-9))
+    pause = _SNAPSHOTS * max(1.0, np.ceil((time[-1] - time[0]) / (_MOST_SNAPSHOTS * _SNAPSHOTS)))
+    kept = np.unique(np.searchsorted(time, np.arange(time[0], time[-1] + 1e-9, pause) - 1e-9))
     x, y, psi = (values[kept] for values in pose)
     size = np.ones(len(kept))
     boxes = drawing.Boxes.of(x, y, psi, scene.ego_length * size, scene.ego_width * size)
     fill = to_rgba(EGO_COLOUR, 0.15)
     for i, corners in enumerate(drawing.outlines(boxes, 0.0)):
-        label = f"ego, every {_SNAPSHOTS:g} s" if i == 0 else None
+        label = f"ego, every {pause:g} s" if i == 0 else None
         axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=EGO_COLOUR, linewidth=0.7, zorder=3, label=label))
 
 

@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from components.interfaces.buses import Actuation, Motion, Tyre, VehicleState
+from components.interfaces.maths import Array
 from orchestrator.pictures import drawing, plots
 from orchestrator.pictures.figure_parts import (
     DPI,
@@ -33,6 +35,7 @@ from orchestrator.pictures.figure_parts import (
 )
 from orchestrator.pictures.plots import Limit, Plot
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns, signals
+from orchestrator.results.departure import in_surroundings
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import Scene
@@ -42,8 +45,6 @@ from orchestrator.system.system import System
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
-_BESIDE_ROAD: Final = 10.0
-"""[m] Strip beside the road that is drawn at most."""
 _PATH_COLOUR, _LIMIT_COLOUR = "#8a5cc9", "0.5"
 _SERIES: Final = (EGO_COLOUR, OBSTACLE_COLOUR, "#2c9c69", _PATH_COLOUR)
 _SERIES_FILES: Final = (
@@ -89,13 +90,12 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
 def _trajectory(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Figure | None:
     """The road from above, to scale, in stretches one below the other, so that a vehicle is not too small to see."""
     pose = columns.bus(buses, *POSE_SIGNALS)
-    if pose is None or not np.isfinite(pose).all(axis=0).any():
+    if pose is None or not (shown_rows := _shown_rows(pose, scene)).any():
         return None
-    x, y = (values[np.isfinite(pose).all(axis=0)] for values in pose[:2])
+    x, y = (values[shown_rows] for values in pose[:2])
     low, high = float(x.min()) - 2 * scene.ego_length, float(x.max()) + 2 * scene.ego_length
     rows = int(np.clip(np.ceil((high - low) / STRETCH), 1, MOST_STRETCHES))
-    bottom = max(min(scene.y_right, float(y.min())), scene.y_right - _BESIDE_ROAD) - 1
-    top = min(max(scene.y_left, float(y.max())), scene.y_left + _BESIDE_ROAD) + 1
+    bottom, top = min(scene.y_right, float(y.min())) - 1, max(scene.y_left, float(y.max())) + 1
     span = (high - low) / rows
     height = rows * (WIDTH * 0.9 * (top - bottom) / span + 0.35) + 0.75
     figure, panels = sheet(height, rows, gap=0.3)
@@ -104,14 +104,21 @@ def _trajectory(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Figure
         road(axes, scene, *stretch)
         traffic(axes, columns, buses, scene)
         _path(axes, columns, buses, stretch)
-        axes.plot(*pose[:2], color=EGO_COLOUR, linewidth=1.6, label="driven", zorder=4)
-        vehicle(axes, columns, pose, scene)
+        axes.plot(x, y, color=EGO_COLOUR, linewidth=1.6, label="driven", zorder=4)
+        vehicle(axes, columns.time[shown_rows], (x, y, pose[2][shown_rows]), scene)
         axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         axes.tick_params(labelsize=8)
     panels[-1].set_xlabel("x [m]")
     handles, labels = panels[-1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper center", ncols=6, fontsize=7, frameon=False)
     return figure
+
+
+def _shown_rows(pose: tuple[Array, ...], scene: Scene) -> NDArray[np.bool_]:
+    """The rows `(n,)` up to the one in which the vehicle leaves the surroundings of the road."""
+    finite = np.isfinite(pose).all(axis=0)
+    inside = in_surroundings(pose[0], pose[1], scene)
+    return finite & np.logical_and.accumulate(inside | ~finite)
 
 
 def _path(axes: Axes, columns: SignalColumns, buses: BusPaths, stretch: tuple[float, float]) -> None:

@@ -29,7 +29,7 @@ from orchestrator.pictures.figure_parts import (
 )
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns
 from orchestrator.results.path_geometry import path_lines
-from orchestrator.system.scene import Scene
+from orchestrator.system.scene import ROAD_AT_MOST, Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
 _LINE_STYLES: Final[Mapping[str, tuple[str, Any, str]]] = {
@@ -101,7 +101,7 @@ def trajectories(tracks: Sequence[Track]) -> Figure | None:
         road(axes, first.scene, *stretch)
         traffic(axes, first.columns, first.buses, first.scene)
         if state is not None:
-            vehicle(axes, first.columns, state, first.scene)
+            vehicle(axes, first.columns.time, state, first.scene)
         _desired(axes, first)
         for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
             axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
@@ -119,7 +119,8 @@ def _extent(tracks: Sequence[Track]) -> tuple[float, float]:
     obstacles = drawing.obstacles(tracks[0].columns, tracks[0].buses)
     if obstacles is not None and len(obstacles[0].x):
         places += [obstacles[0].x.min(), obstacles[0].x.max()]
-    return float(min(places)) - reach, float(max(places)) + reach
+    low, high = np.clip([min(places), max(places)], *ROAD_AT_MOST)
+    return float(low) - reach, float(high) + reach
 
 
 def _desired(axes: Any, track: Track) -> None:

@@ -37,7 +37,7 @@ from orchestrator.pictures.signals import (
     SignalColumns,
 )
 from orchestrator.results.path_geometry import path_lines
-from orchestrator.system.scene import Scene
+from orchestrator.system.scene import ROAD_AT_MOST, Scene
 from orchestrator.system.shown import BusPaths
 
 FLAT: Final = 0.02
@@ -149,7 +149,7 @@ class World:
         return (0, side - self._below, FLAT) if name == "footprint" else (0, side, drawing.HEIGHT - self._below)
 
     def _road_to(self, x: Array) -> Iterator[Style]:
-        places = np.clip(x[np.isfinite(x)], *drawing.ROAD_AT_MOST)
+        places = np.clip(x[np.isfinite(x)], *ROAD_AT_MOST)
         needed = (places.min(initial=0) - drawing.ROAD_BEFORE, places.max(initial=0) + drawing.ROAD_BEFORE)
         if needed[0] >= self._road[0] and needed[1] <= self._road[1]:
             return

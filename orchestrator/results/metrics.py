@@ -24,6 +24,7 @@ from components.interfaces.buses import (
 )
 from components.interfaces.maths import Array
 from orchestrator.results import path_geometry
+from orchestrator.results.departure import Departure, departure
 from orchestrator.results.geometry import box_corners, box_distance
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
@@ -47,7 +48,8 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
 
     Args:
         frame: Rows of consecutive ticks. Rows in which the state of the ego vehicle is not finite (the last one of a
-            run that broke) do not count, and none does for a metric of another bus in which that bus is not.
+            run that broke) do not count, nor do those after the vehicle has left the surroundings of the road; and none
+            does for a metric of another bus in which that bus is not.
         buses: The path of each output bus that the metrics are made from, as `shown` gives it for a system.
         scene: The road, and the size of the ego vehicle.
 
@@ -55,6 +57,8 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         The metrics by name, in SI units; those that are not finite are left out.
     """
     metrics: dict[str, float] = {}
+    left = departure_of(frame, buses, scene)
+    rows_until = None if left is None else left.row + 1
     for family, records in (
         (_motion, ()),
         (_acceleration, (Motion,)),
@@ -66,10 +70,25 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         (_corridor, (Plan,)),
         (_solver, (Solver,)),
     ):
-        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses])
+        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses], rows_until)
         if len(rows["time"]):
             metrics |= family(rows, buses)
     return {name: value for name, value in metrics.items() if np.isfinite(value)}
+
+
+def departure_of(frame: Frame, buses: BusPaths, scene: Scene) -> Departure | None:
+    """Where the vehicle left the surroundings of the road; None where it never did, or is not known.
+
+    Args:
+        frame: Rows of a run.
+        buses: The path of each output bus of its system.
+        scene: The road.
+    """
+    place = [signal_path(buses, VehicleState, axis) for axis in "xy"] if VehicleState in buses else []
+    if not place or not _has(frame, *place):
+        return None
+    x, y = (_column(frame, path) for path in place)
+    return departure(_column(frame, "time"), x, y, scene)
 
 
 def verdicts(metrics: Mapping[str, float]) -> dict[str, bool]:
@@ -240,9 +259,9 @@ class Chosen(Mapping[str, Any]):
 
 
 class _FiniteRows(Mapping[str, NDArray[Any]]):
-    """The rows in which all numbers of some buses are finite; each column is taken when it is asked for."""
+    """The rows before one in which all numbers of some buses are finite; columns are taken when they are asked for."""
 
-    def __init__(self, frame: Frame, buses: Iterable[str]) -> None:
+    def __init__(self, frame: Frame, buses: Iterable[str], until: int | None) -> None:
         self._frame = frame
         self._names = dict.fromkeys(map(str, frame))
         finite = np.ones(len(frame["time"]), dtype=bool)
@@ -252,6 +271,8 @@ class _FiniteRows(Mapping[str, NDArray[Any]]):
                 values = np.asarray(frame[name])
                 if values.dtype.kind == "f":  # the others are finite, or no numbers
                     finite &= np.isfinite(values)
+        if until is not None:
+            finite[until:] = False
         self._finite = finite
 
     def __getitem__(self, name: str) -> NDArray[Any]:

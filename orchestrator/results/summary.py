@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, cast
 
@@ -78,16 +79,20 @@ def summary(
 
 
 def measured(scenario: Scenario, rows: Mapping[str, Any]) -> dict[str, Any]:
-    """The metrics of a run and its verdicts.
+    """The metrics of a run, its verdicts, and where the vehicle left the surroundings of the road, if it did.
 
     Args:
         scenario: What was run.
         rows: The columns of what was kept at every tick.
     """
     known: dict[str, float] = {}
+    departed: dict[str, Any] = {}
     if scenario.scene is not None and len(rows["time"]):
-        known = metrics.compute(rows, shown(scenario.system), scenario.scene)
-    return {"metrics": known, "verdicts": metrics.verdicts(known)}
+        buses = shown(scenario.system)
+        known = metrics.compute(rows, buses, scenario.scene)
+        if (left := metrics.departure_of(rows, buses, scenario.scene)) is not None:
+            departed = {"departure": asdict(left)}
+    return {"metrics": known, "verdicts": metrics.verdicts(known), **departed}
 
 
 def _experiment(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:

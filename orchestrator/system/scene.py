@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
+
+BESIDE_ROAD: Final = 10.0
+"""[m] Width of the strips beside the road that are its surroundings."""
+ROAD_AT_MOST: Final = (-1e4, 1e4)
+"""[m] Ends of the longest road that is shown, also for a vehicle that has diverged."""
 
 
 @record

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from orchestrator.pictures.figure_parts import sheet, vehicle
 from orchestrator.pictures.figures import draw
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -48,6 +49,26 @@ def test_nothing_is_cut_off(static, rows, tmp_path):
         picture = np.asarray(Image.open(file).convert("L"))
         for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
             assert edge.min() == 255, file.name
+
+
+def test_a_vehicle_that_diverges_is_drawn_up_to_where_it_leaves_the_road(static, tmp_path):
+    time = np.arange(0, 5000, 0.1)
+    frame = {
+        "time": time,
+        "plant.state.x": 1e-3 * np.exp(np.minimum(time, 600)),
+        "plant.state.y": 1e200 * (time > 30),
+    }
+    frame["plant.state.psi"] = np.zeros_like(time)
+    (file,) = draw(frame, static.system, static.scene, tmp_path)
+    assert len(_colours(file)) < 2000**2
+
+
+def test_a_long_run_has_a_bounded_number_of_boxes(static):
+    axes = sheet(2.0, 1)[1][0]
+    time = np.arange(0, 1e5, 1.0)
+    vehicle(axes, time, (time, 0 * time, 0 * time), static.scene)
+    assert 100 <= len(axes.patches) <= 201
+    assert axes.patches[0].get_label() == "ego, every 500 s"
 
 
 def test_a_system_without_sockets_has_no_figures(static, rows, tmp_path):
