@@ -70,7 +70,7 @@ def always_killed(folder, _):
     over = threading.Event()
 
     def kill():
-        while not over.wait(0.2):
+        while not over.wait(0.05):
             for process in recorders(run.process.pid):
                 os.kill(process, signal.SIGKILL)
 
@@ -82,10 +82,12 @@ def always_killed(folder, _):
         over.set()
         killer.join()
     assert code == 0, said
-    assert "note: recording.rrd is left out: " in said
-    assert "macrostep show makes one from the rows" in said
     is_whole(folder / "r", "finished")
-    assert not list((folder / "r").glob("*recording.rrd"))
+    if "note: recording.rrd is left out: " in said:
+        assert "macrostep show makes one from the rows" in said
+        assert not list((folder / "r").glob("*recording.rrd"))
+    else:  # one was quicker than the signals
+        whole_with_recording(folder / "r")
 
 
 def without(*names, short):
