@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-import os
+import json
 import signal
 import sys
 from contextlib import nullcontext
@@ -14,7 +14,6 @@ from fmus.toolchain.version import WRITTEN_VERSIONS
 from orchestrator.command import main
 from orchestrator.scenario import catalogue
 
-os.environ.setdefault("RERUN_ANALYTICS", "0")
 # a shell starts what runs in the background with Ctrl-C ignored, and so would be all processes that tests start
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -42,6 +41,19 @@ class NoRecording(nullcontext):
 
     def wait(self):
         return ""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_usage_data(tmp_path_factory):
+    """Rerun sends no usage data from tests, and they do not depend on whether it has been used on this machine."""
+    folder = tmp_path_factory.mktemp("config")
+    file = folder / "rerun" / "analytics.json"
+    file.parent.mkdir()
+    places = {"config_file_path": str(file), "data_dir_path": str(folder / "data")}
+    file.write_text(json.dumps({"analytics_enabled": False, "analytics_id": "0" * 32, "metadata": {}, **places}))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -21,7 +21,7 @@ from fmus.toolchain.scratch import scratch_folder
 from orchestrator.recording.messages import RecordingRequest
 from orchestrator.recording.process import TO_VIEWER, RecordingProcess
 from orchestrator.viewing.live_viewers import LivePage, LiveViewer, LiveWindow, ViewerStartError
-from orchestrator.viewing.rerun_program import PORT, answers, has_display
+from orchestrator.viewing.rerun_program import PORT, answers, has_display, tell_of_usage_data
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     from orchestrator.stepping.master import Simulation
@@ -111,6 +111,7 @@ class LiveStream:
         self._stack.__exit__(kind, error, trace)
 
     def _start(self, stack: ExitStack, path: Path) -> None:
+        tell_of_usage_data(self._tell)
         window = self._options.viewer and not self._options.web and has_display()
         try:
             viewer = LiveWindow(path, self._tell) if window else LivePage(path, self._tell, opens=self._options.web)

@@ -143,5 +143,5 @@ def _tell(error: RequestError, tell: Callable[[str], None]) -> None:
 
 
 def _is_whole(recording: Path) -> bool:
-    # The text of the tool is read because its exit code is 0 even for a file without any messages.
-    return answer_of("rrd", "verify", str(recording)).startswith("1 file verified without error")
+    # The text of the tool is read because its exit code is 0 even for a file without messages; a notice may be first.
+    return "\n1 file verified without error" in f"\n{answer_of('rrd', 'verify', str(recording))}"

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import IO, Final
 from urllib.parse import quote, urlsplit
 
+from platformdirs import user_config_path
+
 from components.interfaces.problem import refuse
 from fmus.toolchain.limits import LIBRARY_MEMORY, LIBRARY_TIME
 from fmus.toolchain.memory_limit import memory_limit
@@ -43,6 +45,20 @@ def executable() -> str:
     raise refuse("Rerun viewer", "no viewer in the package rerun-sdk", "rerun-sdk with its viewer", "Install it again.")
 
 
+def tell_of_usage_data(tell: Callable[[str], None]) -> None:
+    """Say that Rerun collects usage data, before its program is used for the first time: its own notice is not shown.
+
+    Args:
+        tell: Called with a line of text for the user.
+    """
+    folder = user_config_path("rerun", appauthor=False, roaming=True)
+    if not any((folder / name).is_file() for name in ("analytics.json", "config/analytics.json")):
+        tell(
+            "note: the Rerun viewer sends anonymous usage data from its second start on, no data of runs;"
+            " `rerun analytics details` says more, `rerun analytics disable` opts out"
+        )
+
+
 def answer_of(*arguments: str) -> str:
     """What Rerun's program prints when it is asked about a file; damaged ones may crash it, or hang it.
 
@@ -50,7 +66,7 @@ def answer_of(*arguments: str) -> str:
         arguments: What it is asked.
 
     Returns:
-        Its words; empty where it does not come to an end.
+        Its words; empty where it finds a fault, or does not come to an end.
 
     Raises:
         RequestError: There is no such program.
@@ -65,7 +81,7 @@ def answer_of(*arguments: str) -> str:
         )
     except subprocess.TimeoutExpired:
         return ""
-    return (done.stdout + done.stderr).decode("utf-8", "replace")
+    return (done.stdout + done.stderr).decode("utf-8", "replace") if done.returncode == 0 else ""
 
 
 def _with_limits() -> Callable[[], object]:

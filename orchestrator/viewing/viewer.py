@@ -16,7 +16,7 @@ from orchestrator.results import run_folder
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.viewing import repair
 from orchestrator.viewing.photograph import PICTURE, write_pictures
-from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display
+from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display, tell_of_usage_data
 
 _PAGE: Final = re.compile(r"http://[\w.:]+/?\?url=\S+")
 """The address of the page in the browser, which the viewer prints."""
@@ -56,6 +56,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     raise_if_any(problems)
     if not web and picture is None and not has_display():
         raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
+    tell_of_usage_data(tell)
     with scratch_folder("show") as scratch:
         path = recording(runs, differences, Path(scratch), tell)
         if picture is None:

@@ -11,6 +11,7 @@ from orchestrator.recording.series_reader import read_series
 from orchestrator.recording.stream import RerunStream
 from orchestrator.results.run_folder import find
 from orchestrator.viewing import repair
+from orchestrator.viewing.rerun_program import tell_of_usage_data
 
 
 @pytest.fixture
@@ -32,6 +33,18 @@ def test_a_whole_recording_is_opened_as_it_is(run, scratch):
     found = find(run)
     assert repair.whole_recording(found, scratch, said.append) == run / "recording.rrd"
     assert said == []
+
+
+def test_a_recording_is_whole_also_where_rerun_has_never_been_used(run, scratch, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
+    said, notices = [], []
+    tell_of_usage_data(notices.append)
+    assert repair.whole_recording(find(run), scratch, said.append) == run / "recording.rrd"
+    assert said == []
+    tell_of_usage_data(notices.append)  # it has been used now
+    (notice,) = notices
+    assert "anonymous usage data" in notice
+    assert "`rerun analytics disable` opts out" in notice
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.97])
