@@ -124,7 +124,8 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     x_1 = where(begins, x_out, before.x_1)
     x_7 = x_1 + lanes.l_change
     changed = where(ahead.stays, fmax(ahead.x_8, x_7), fmax(before.x_8, x_7))
-    x_8 = where(before.phase < BACK, changed, before.x_8)
+    open_end = both(before.phase > KEEP, before.phase < BACK)  # a return that is behind the ego is never opened again
+    x_8 = where(either(begins, open_end), changed, before.x_8)
     here = fmax(x_8, ego.x)
     may_return = _may_return(lanes, ego, obstacles, here)
     x_8 = where(both(before.phase == BESIDE, negate(may_return)), here, x_8)

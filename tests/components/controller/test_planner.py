@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from components.controller.dubins import LaneChange, radius
@@ -236,3 +236,35 @@ def test_a_task_asks_for_the_same_change_as_an_obstacle_at_its_place(lanes, vehi
 
 def test_nobody_ahead_leaves_the_speed_alone(drive):
     assert {m.v_d for m in sampled(drive, 0.0, *STATIC)} == {V}
+
+
+def across(lanes, m, x):
+    """Where the path is across the road at `x`, as a share of the way to the adjacent lane; changes are straight."""
+    out, back = np.clip((x - np.array([m.x_1, m.x_8])) / lanes.l_change, 0.0, 1.0)
+    return m.planned * (out - back)
+
+
+SLOW = st.floats(0, 6)
+
+
+@settings(max_examples=60)
+@given(
+    passed=st.tuples(st.floats(45, 80), SLOW),
+    beside=st.tuples(st.floats(60, 200), SLOW),
+    ahead=st.tuples(st.floats(90, 220), SLOW),
+    vanishes=st.floats(0, 40),
+)
+@example(passed=(50.0, 2.5), beside=(120.0, 2.5), ahead=(140.0, 2.5), vanishes=40.0)  # opened a finished return again
+def test_the_path_under_the_ego_never_jumps_and_a_return_is_finished(drive, lanes, passed, beside, ahead, vanishes):
+    def traffic(t):
+        seen = (*passed, 0.0), (*ahead, 0.0), (*beside, 3.5)
+        moved = tuple({"x": x + v * t, "y": y, "v": v} for x, v, y in seen)
+        return moved if t < vanishes else moved[1:]
+
+    places = np.arange(0.0, 200.0, 1.0)
+    run = drive(places, traffic)
+    for x, before, now in zip(places[1:], run[:-1], run[1:], strict=True):
+        assert abs(across(lanes, now, x) - across(lanes, before, x)) <= 1.0 / lanes.l_change + 1e-9
+        if before.phase == BACK:
+            assert now.x_8 == before.x_8
+            assert now.phase in {BACK, KEEP}
