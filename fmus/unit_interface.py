@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,15 @@ class Interface:
     """Outputs whose dependencies the file does not declare; they are taken to depend on every input."""
     observed: tuple[Variable, ...] = ()
     """Local variables and parameters whose values are recorded with the outputs; nothing can be connected to them."""
+
+    def variable(self, role: str, name: str) -> Variable:
+        """A variable of a role (`inputs`, `outputs`, `parameters` or `initials`), which must be there."""
+        return self._by_name[role][name]
+
+    @cached_property
+    def _by_name(self) -> dict[str, dict[str, Variable]]:
+        roles = ("inputs", "outputs", "parameters", "initials")
+        return {role: {v.name: v for v in getattr(self, role)} for role in roles}
 
     @property
     def tunable(self) -> frozenset[str]:

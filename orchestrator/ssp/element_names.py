@@ -30,7 +30,7 @@ def element_names(source: UnitSource, name: str, role: str, *, flat: bool) -> li
     Returns:
         The name of the variable; of a flat array the names of all its elements, spelled as in the FMU.
     """
-    variable = {v.name: v for v in getattr(source.interface, role)}[name]
+    variable = source.interface.variable(role, name)
     return [*source.element_names(variable, role)] if flat and variable.shape else [name]
 
 
