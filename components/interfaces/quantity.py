@@ -143,7 +143,8 @@ class Quantity:
     def _of_another_kind(self, where: str, value: object, array: np.ndarray[Any, Any]) -> Problem:
         if self.enumeration is not None and isinstance(value, str) and value:
             return Problem(where, f"`{value}`", self.range, did_you_mean(value, self.enumeration.values))
-        return Problem(where, "an empty text" if value == "" else f"`{value}` ({_kind(array)})", self.range)
+        found = "an empty text" if isinstance(value, str) and not value else f"`{value}` ({_kind(array)})"
+        return Problem(where, found, self.range)
 
     def _valid_instead_of(self, number: Any) -> str:
         """The valid values as text; where a whole number is within what is declared, those that its width can hold."""

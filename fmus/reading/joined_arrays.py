@@ -6,6 +6,7 @@ The elements may be written ``name[1,2]`` and ``name[1][2]`` too, and be counted
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import prod
@@ -25,14 +26,18 @@ _INDEX: Final = re.compile(r"[0-9]{1,18}(?:,\s{0,9}[0-9]{1,18}){0,31}")
 
 
 def joined_arrays(scalars: Iterable[DeclaredVariable]) -> Iterator[DeclaredVariable]:
-    """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar."""
+    """Arrays joined of their elements; elements that do not fill a shape, or differ in type or unit, stay scalar.
+
+    So do those whose array would have the name of another variable, or of an array of another causality.
+    """
     grouped: dict[tuple[str, str], list[tuple[tuple[int, ...], DeclaredVariable]]] = {}
     for scalar in scalars:
         name, index = _element(scalar.variable.name)
         grouped.setdefault((name, scalar.causality), []).append((index, scalar))
+    users = Counter(name for name, _ in grouped)
     for (name, _), elements in grouped.items():
-        if len(elements) == 1 and not elements[0][0]:
-            yield elements[0][1]
+        if users[name] > 1 or (len(elements) == 1 and not elements[0][0]):
+            yield from (element for _, element in elements)
         else:
             yield from _joined(name, elements)
 

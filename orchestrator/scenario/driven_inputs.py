@@ -191,7 +191,8 @@ def _values(table: TableFile, column: TableColumn, quantity: Quantity) -> NDArra
             found.append(number)
         else:
             raise refuse(table.at(row, column.name), shown(value), valid)
-    return np.array(found)
+    values = np.array(found)
+    return values if values.dtype.kind in "biu" else np.array(found, dtype=object)  # of too large ones, each is told
 
 
 def _whole(text: str) -> int | None:

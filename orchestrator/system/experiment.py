@@ -112,8 +112,12 @@ class TimeGrid:
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """The time of each tick [s], (ticks,)."""
-        return np.asarray(self.start + np.arange(self.last_tick + 1) * self.h, dtype=np.float64)
+        """The time of each tick [s], (ticks,). Raises `RequestError` where they do not fit into memory."""
+        try:
+            return np.asarray(self.start + np.arange(self.last_tick + 1) * self.h, dtype=np.float64)
+        except MemoryError:
+            found = f"{self.until:g} s, whose {self.last_tick + 1:.3g} steps of {self.h:g} s do not fit into memory"
+            raise refuse("stop time", found, "fewer steps", "Choose a longer step.") from None
 
 
 Choice: TypeAlias = Mapping[str, int]

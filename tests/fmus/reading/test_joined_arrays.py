@@ -44,3 +44,18 @@ def test_elements_that_fill_no_shape_stay_scalar(tmp_path, last):
     scalars = [scalar(n, k, "parameter", of_start="0", variability="fixed") for k, n in enumerate(("p[1]", last))]
     path = pack(tmp_path / "m.fmu", Version.FMI2, description2(scalars), echo_library(Version.FMI2))
     assert [v.name for v in open_fmu(path).interface.parameters] == ["p[1]", last]
+
+
+@pytest.mark.parametrize("other", ["p", "p[1][1]"])
+def test_elements_whose_array_would_have_the_name_of_another_stay_scalar(tmp_path, other):
+    scalars = [scalar("p[1]", 1, "input", of_start="0"), scalar(other, 2, "output")]
+    interface = open_fmu(
+        pack(
+            tmp_path / "m.fmu",
+            Version.FMI2,
+            description2(scalars, ['<Unknown index="2"/>']),
+            echo_library(Version.FMI2),
+        )
+    ).interface
+    assert [(v.name, v.shape) for v in interface.inputs] == [("p[1]", ())]
+    assert [(v.name, v.shape) for v in interface.outputs] == [(other, ())]

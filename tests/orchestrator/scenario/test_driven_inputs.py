@@ -214,6 +214,7 @@ def test_an_input_that_nobody_has_a_value_for_follows_the_table(tmp_path):
         ("time,n\n0,1.5\n", ", line 2, `n`: found `1.5`; valid: whole number <= 9"),
         ("time,n\n0,12\n", ", line 2, `n`: found 12; valid: whole number <= 9"),
         ("time,on\n0,perhaps\n", ", line 2, `on`: found `perhaps`; valid: true or false"),
+        (f"time,gear\n0,park\n1,{2**63}\n", f", line 3, `gear`: found {2**63}; valid: drive, park"),
         ("time,gear\n0,reverse\n", ", line 2, `gear`: found `reverse`; valid: drive, park"),
         (
             "time,v\n0,1\n0.2,2\n0.2,3\n",

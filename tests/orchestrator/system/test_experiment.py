@@ -64,6 +64,11 @@ def test_a_stop_time_that_no_tick_has_is_refused_with_the_nearest(until, text):
     assert str(error.value) == text
 
 
+def test_more_ticks_than_memory_holds_are_told():
+    with pytest.raises(RequestError, match=r"^stop time: found 1e\+13 s, whose 1e\+14 steps of 0.1 s do not fit into"):
+        _ = TimeGrid(0.1, 1e13).times
+
+
 def test_a_scenario_records_everything_in_a_choice_of_its_own():
     first, second = (Scenario("s", "s", None, None, h=0.1, until=1.0, sources={}) for _ in range(2))
     assert first.record == second.record == EVERYTHING == {"*": 1}
