@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import lru_cache
 from typing import Final
 
 from components.interfaces.problem import Problem
@@ -145,10 +146,12 @@ _NO_TRAITS: Final = BusTraits()
 
 
 def _signals(buses: Mapping[str, type]) -> list[Variable]:
-    signals: list[Variable] = []
-    for name, kind in buses.items():
-        signals.extend(variables(kind, _AnyLength(), prefix=f"{name}."))
-    return signals
+    return [signal for name, kind in buses.items() for signal in _bus_signals(name, kind)]
+
+
+@lru_cache(maxsize=256)  # a system may have a thousand units of one socket
+def _bus_signals(name: str, kind: type) -> tuple[Variable, ...]:
+    return variables(kind, _AnyLength(), prefix=f"{name}.")
 
 
 class _AnyLength(dict[str, int]):

@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -153,7 +154,7 @@ class Document:
     path: Path
     root: Node
 
-    @property
+    @cached_property
     def where(self) -> str:
         """The package and the file, for messages."""
         return f"{self.package.where}, {self.path.relative_to(self.package.folder).as_posix()}"
