@@ -48,9 +48,13 @@ def executable() -> str:
 def tell_of_usage_data(tell: Callable[[str], None]) -> None:
     """Say that Rerun collects usage data, before its program is used for the first time: its own notice is not shown.
 
+    On a machine for continuous integration (the environment variable CI) it collects none, and keeps no settings.
+
     Args:
         tell: Called with a line of text for the user.
     """
+    if "CI" in os.environ and "FORCE_RERUN_ANALYTICS" not in os.environ:
+        return
     folder = user_config_path("rerun", appauthor=False, roaming=True)
     if not any((folder / name).is_file() for name in ("analytics.json", "config/analytics.json")):
         tell(

@@ -37,6 +37,7 @@ def test_a_whole_recording_is_opened_as_it_is(run, scratch):
 
 def test_a_recording_is_whole_also_where_rerun_has_never_been_used(run, scratch, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
+    monkeypatch.delenv("CI", raising=False)  # where it is set, Rerun collects nothing and keeps no settings
     said, notices = [], []
     tell_of_usage_data(notices.append)
     assert repair.whole_recording(find(run), scratch, said.append) == run / "recording.rrd"
@@ -45,6 +46,16 @@ def test_a_recording_is_whole_also_where_rerun_has_never_been_used(run, scratch,
     (notice,) = notices
     assert "anonymous usage data" in notice
     assert "`rerun analytics disable` opts out" in notice
+
+
+def test_nothing_is_said_of_usage_data_where_rerun_collects_none(run, scratch, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
+    monkeypatch.setenv("CI", "true")
+    said, notices = [], []
+    tell_of_usage_data(notices.append)
+    assert repair.whole_recording(find(run), scratch, said.append) == run / "recording.rrd"
+    assert said == notices == []
+    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.97])
