@@ -33,7 +33,8 @@ class Problem:
     remedy: str = ""
 
     def __str__(self) -> str:
-        text = f"{self.where}: found {self.found}; valid: {self.valid}"
+        where = self.where if self.where.strip() else f'"{self.where}"'  # a file may give a thing an empty name
+        text = f"{where}: found {self.found}; valid: {self.valid}"
         return f"{text}. {self.remedy}" if self.remedy else text
 
 

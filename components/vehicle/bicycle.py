@@ -28,7 +28,7 @@ class Bicycle(SingleTrack):
     slide.
 
     Reference point: centre of gravity. Feedthrough: `actuation` to `tyre` and `motion`, none to `state`.
-    Valid for v_x > 1 m/s.
+    Equations (3) hold for v_x >= 1 m/s; below, and at rest, the wheels go over into rolling without slip.
     """
 
     def forces(self, x: VehicleState, u: Actuation) -> tuple[float, float]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Final
 
 from components.interfaces.block import Continuous
 from components.interfaces.buses import Actuation, Motion, Tyre, VehicleState
-from components.interfaces.frames import to_road
+from components.interfaces.frames import slip_angle, to_road
 from components.interfaces.maths import absolute, cos, sin, sqrt
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import PlantInputs
+
+V_LEAST: Final = 1.0
+"""[m/s] Above this speed the slip angles are those of the paper; below it they go over into wheels that only roll."""
 
 
 @record
@@ -57,9 +61,9 @@ class SingleTrack(Continuous[PlantInputs, VehicleState, SingleTrackOutputs]):
         )
 
     def slip(self, x: VehicleState, u: Actuation) -> tuple[float, float]:
-        """Slip angles of the front and rear tyres (3)."""
-        alpha_f = (x.v_y + self.l_f * x.r) / x.v_x - u.delta_f  # (3)
-        alpha_r = (x.v_y - self.l_r * x.r) / x.v_x  # (3)
+        """Slip angles of the front and rear tyres (3); they vanish with the speed below `V_LEAST`."""
+        alpha_f = slip_angle(x.v_x, x.v_y + self.l_f * x.r, u.delta_f, V_LEAST)  # (3)
+        alpha_r = slip_angle(x.v_x, x.v_y - self.l_r * x.r, 0.0, V_LEAST)  # (3)
         return alpha_f, alpha_r
 
     def loads(self) -> tuple[float, float]:

@@ -106,7 +106,7 @@ def test_the_mirrored_scenario_gives_the_mirrored_run(static):
 @pytest.mark.parametrize(
     ("settings", "status"),
     [
-        (["controller.R_w=1e-2", "controller.m=1.0"], SolverStatus.iteration_limit),
+        (["controller.dt=1.0"], SolverStatus.iteration_limit),
         (["controller.b_1=1e308"], SolverStatus.fallback),  # a cost that is no number
     ],
     ids=["iteration_limit", "fallback"],

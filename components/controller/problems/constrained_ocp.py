@@ -8,8 +8,8 @@ the tyres inside their friction limit, with slack.
 from __future__ import annotations
 
 from components.controller.algorithms import ilqr
-from components.controller.problems.ocp import PredictedVehicle
-from components.interfaces.frames import to_road
+from components.controller.problems.ocp import PredictedVehicle, speed_that_holds
+from components.interfaces.frames import slip_angle, to_road
 from components.interfaces.maths import absolute, cos, fmax, sin, sqrt, tanh
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
@@ -88,8 +88,9 @@ def loads(p: ConstrainedProblem) -> tuple[float, float]:
 def demands(p: ConstrainedProblem, x: SteeredVehicle) -> tuple[float, float]:
     """The forces of linear tyres (2), (3), as signed shares of the friction limit."""
     F_zf, F_zr = loads(p)
-    alpha_f = (x.v_y + p.l_f * x.r) / x.v_x - x.delta_f  # (3)
-    alpha_r = (x.v_y - p.l_r * x.r) / x.v_x  # (3)
+    v_least = speed_that_holds(p, p.dt)
+    alpha_f = slip_angle(x.v_x, x.v_y + p.l_f * x.r, x.delta_f, v_least)  # (3)
+    alpha_r = slip_angle(x.v_x, x.v_y - p.l_r * x.r, 0.0, v_least)  # (3)
     return p.C_alpha_f * alpha_f / (p.mu * F_zf), p.C_alpha_r * alpha_r / (p.mu * F_zr)
 
 

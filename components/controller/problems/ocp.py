@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import Any
 
 from components.interfaces.buses import Plan, VehicleState
-from components.interfaces.frames import to_road
+from components.interfaces.frames import slip_angle, to_road
 from components.interfaces.maths import Array, cos, fmax, sin, vector
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
@@ -75,6 +75,19 @@ def by_input(z: Array) -> tuple[Array, Array]:
     return z[:N_p], z[N_p:]
 
 
+def speed_that_holds(vehicle: PredictedVehicle, dt: float) -> float:
+    """The speed [m/s] from which on one step of `dt` [s] is short enough for the lateral dynamics of a vehicle.
+
+    With linear tyres these decay at the rates ``2 (C_f + C_r) / (m v_x)`` and
+    ``2 (l_f^2 C_f + l_r^2 C_r) / (I_z v_x)``, faster and faster towards rest. An explicit Euler step holds while rate
+    times step is below 2; 1.5 leaves room.
+    """
+    front, rear = vehicle.C_alpha_f, vehicle.C_alpha_r
+    lateral = 2 * (front + rear) / vehicle.m
+    turning = 2 * (vehicle.l_f * vehicle.l_f * front + vehicle.l_r * vehicle.l_r * rear) / vehicle.I_z
+    return fmax(lateral, turning) * dt / 1.5
+
+
 def predict(vehicle: PredictedVehicle, before: VehicleState, delta_f: float, T_r: float, dt: float) -> VehicleState:
     """The state one prediction step later, (6)-(9) with the corrections RESOLUTIONS 1, 2 and 10.
 
@@ -85,8 +98,9 @@ def predict(vehicle: PredictedVehicle, before: VehicleState, delta_f: float, T_r
         T_r: Torque on one rear wheel [N.m], held during the step.
         dt: Prediction step [s].
     """
-    F_cf = -vehicle.C_alpha_f * ((before.v_y + vehicle.l_f * before.r) / before.v_x - delta_f)  # (9)
-    F_cr = -vehicle.C_alpha_r * ((before.v_y - vehicle.l_r * before.r) / before.v_x)  # (9)
+    v_least = speed_that_holds(vehicle, dt)
+    F_cf = -vehicle.C_alpha_f * slip_angle(before.v_x, before.v_y + vehicle.l_f * before.r, delta_f, v_least)  # (9)
+    F_cr = -vehicle.C_alpha_r * slip_angle(before.v_x, before.v_y - vehicle.l_r * before.r, 0.0, v_least)  # (9)
     v_x = before.v_x + (before.v_y * before.r - 2 * (F_cf * sin(delta_f) - T_r / vehicle.R_w) / vehicle.m) * dt  # (8)
     v_y = before.v_y + (-before.v_x * before.r + 2 * (F_cf * cos(delta_f) + F_cr) / vehicle.m) * dt  # (8)
     r = before.r + 2 * (vehicle.l_f * F_cf - vehicle.l_r * F_cr) / vehicle.I_z * dt  # (8)

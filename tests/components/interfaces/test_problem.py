@@ -38,3 +38,8 @@ def test_choices_are_sorted_and_never_empty():
 def test_the_closest_name_is_offered_and_nothing_far_off():
     assert did_you_mean("bycicle", ["bicycle", "stationary"]) == "Did you mean `bicycle`?"
     assert did_you_mean("zeppelin", ["bicycle", "stationary"]) == ""
+
+
+@pytest.mark.parametrize("name", ["", "  "])
+def test_a_thing_with_an_empty_name_is_quoted(name):
+    assert str(refuse(name, "a value", "none")) == f'"{name}": found a value; valid: none'

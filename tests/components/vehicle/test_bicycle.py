@@ -190,3 +190,14 @@ def test_five_seconds_of_a_steering_profile_match_a_precise_integration(bicycle)
         frozen = lambda _, c, t=t: force(t, c)  # noqa: E731 - the input held over this tick
         column = solve_ivp(frozen, (0.0, 0.1), column, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
     assert np.abs(pack(x) - column).max() < 1e-6
+
+
+@given(v_x=st.floats(0, 1), delta_f=st.floats(-0.2, 0.2))
+def test_a_slow_vehicle_turns_as_the_kinematic_one_and_one_at_rest_stays(bicycle, vehicle, v_x, delta_f):
+    state, held = vehicle(v_x=v_x), driven(delta_f, 0.0)
+    for _ in range(200):
+        state = bicycle.step(state, held, 0.01)
+    assert state.r == pytest.approx(state.v_x * delta_f / (L_F + L_R), rel=0.06, abs=1e-12)
+    assert state.v_y == pytest.approx(L_R * state.r, rel=0.06, abs=0.01 * v_x + 1e-12)
+    if v_x == 0:
+        assert pack(state).tolist() == pack(vehicle(v_x=0.0)).tolist()

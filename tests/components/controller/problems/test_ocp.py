@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,7 @@ states = st.builds(
     x=st.floats(0, 100),
     y=st.floats(-1, 4),
     psi=st.floats(-0.6, 0.6),
-    v_x=st.floats(3, 20),
+    v_x=st.floats(8, 20),
     v_y=st.floats(-2, 2),
     r=st.floats(-1, 1),
 )
@@ -88,7 +89,7 @@ def test_one_prediction_step_by_hand(vehicle):
     assert after.y == pytest.approx(0.1 * (v_x * sine + v_y * cosine), rel=1e-12)
 
 
-@given(start=states, z=decisions, dt=st.sampled_from([0.1, 0.25]))
+@given(start=states, z=decisions, dt=st.sampled_from([0.05, 0.1]))
 def test_the_prediction_is_the_papers_line_by_line(start, z, dt):
     flat = np.zeros(N_P)
     found = problem(horizon_of(flat, flat, flat, flat), start, dt=dt).prediction(z)
@@ -97,7 +98,7 @@ def test_the_prediction_is_the_papers_line_by_line(start, z, dt):
         assert [getattr(s, name) for s in found] == pytest.approx(expected[name][1:], rel=1e-9, abs=1e-9), name
 
 
-@given(start=states, z=decisions, dt=st.sampled_from([0.1, 0.25]), free=st.floats(0.5, 9))
+@given(start=states, z=decisions, dt=st.sampled_from([0.05, 0.1]), free=st.floats(0.5, 9))
 def test_the_cost_is_the_papers_sum(start, z, dt, free):
     p = transcribed(start, z[:N_P], 200 * z[N_P:], dt)
     X_d, Y_d = start.x + 10 * dt * np.arange(1, N_P + 1), np.array([0.1, 0.3, 0.7])
@@ -112,6 +113,32 @@ def test_the_cost_is_the_papers_sum(start, z, dt, free):
     weights = Weights(a_1=1.0, b_1=0.1, b_2=0.2, b_3=0.01)
     found = problem(horizon_of(X_d, Y_d, Y_u, Y_l), start, dt=dt, weights=weights).cost(z)
     assert found == pytest.approx(J, rel=1e-6)
+
+
+@given(
+    v_x=st.floats(0, 20),
+    delta_f=st.floats(-0.5, 0.5),
+    T_r=st.floats(-20, 20),
+    v_y=st.floats(-0.5, 0.5),
+    r=st.floats(-0.5, 0.5),
+    dt=st.sampled_from([0.05, 0.1, 0.2]),
+)
+def test_a_prediction_holds_from_rest_on(vehicle, v_x, delta_f, T_r, v_y, r, dt):
+    car = PredictedVehicle(**TABLE_1)
+    now = vehicle(v_x=v_x, v_y=v_y, r=r)
+    for _ in range(60):
+        now = predict(car, now, delta_f, T_r, dt)
+        assert abs(now.r) < 8
+        assert abs(now.v_y) < 25
+
+
+@given(v_x=st.floats(0.01, 1.0), delta_f=st.floats(-0.2, 0.2))
+def test_a_slow_prediction_turns_as_the_kinematic_vehicle(vehicle, v_x, delta_f):
+    car = PredictedVehicle(**TABLE_1)
+    now = vehicle(v_x=v_x)
+    for _ in range(60):
+        now = replace(predict(car, now, delta_f, 0.0, 0.1), v_x=v_x)
+    assert now.r == pytest.approx(v_x * delta_f / (car.l_f + car.l_r), rel=0.06, abs=1e-12)
 
 
 def test_the_cost_of_straight_running_by_hand(vehicle):
