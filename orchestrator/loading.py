@@ -93,6 +93,7 @@ def with_options(scenario: Scenario, options: Options) -> Scenario:
         scenario,
         algorithm=_algorithm(scenario, options),
         solve_loops=options.solve_loops or scenario.solve_loops,
+        end_off_road=options.end_off_road or scenario.end_off_road,
         record=parse_record(options.record) or scenario.record,
         tolerance=scenario.tolerance if options.tolerance is None else relative_tolerance(options.tolerance),
     )

@@ -12,6 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
+from components.interfaces.buses import VehicleState
 from components.interfaces.interruption import without_interrupts
 from components.interfaces.progress import Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
@@ -19,17 +20,19 @@ from orchestrator.recording.recording import Afterwards
 from orchestrator.recording.run_recording import RunRecording
 from orchestrator.results import summary
 from orchestrator.results.claimed_folder import ClaimedFolder
-from orchestrator.results.departure import Departure
+from orchestrator.results.departure import Departure, has_left
 from orchestrator.results.growth import growth_remarks
 from orchestrator.results.live_folder import LiveFolder
 from orchestrator.results.metrics import Chosen
 from orchestrator.results.provenance import facts
+from orchestrator.results.ranges import range_remarks
 from orchestrator.results.row_files import RowFiles
 from orchestrator.results.run_folder import FIGURES, RECORDING, new_folder
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.paces import paces, without_gaps
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.system.experiment import EVERYTHING, Scenario
+from orchestrator.system.shown import shown, signal_path
 from orchestrator.viewing.live import LiveStream
 
 _Ending: TypeAlias = SimulationError | KeyboardInterrupt | None
@@ -140,8 +143,8 @@ class _Run:
             recorder.wait_until_open()
 
     def step(self) -> _Ending:
-        """Step to the stop time; return what ended the run before it, if anything did."""
-        return _step(self._simulation, self._pacer)
+        """Step to the stop time, or off the road; return what ended the run before, if anything did."""
+        return _step(self._simulation, self._pacer, _off_road(self._scenario, self._simulation))
 
     def keep(self, ended: _Ending) -> None:
         """See to it that all rows are on disk, and what is known of the run that has ended."""
@@ -168,7 +171,10 @@ class _Run:
             content["figures"] = f"not drawn: {failed}"
         progress.now("writing the recording")
         notes = [*self._recorded(), *growth_remarks(self._columns, self._scenario.system.units)]
-        notes += [str(Departure(**content["departure"]))] if "departure" in content else []
+        notes += range_remarks(content.get("out_of_range", {}))
+        if "departure" in content:
+            ends = "; the run ends there" if self._scenario.end_off_road else "; figures and metrics end there"
+            notes.append(f"{Departure(**content['departure'])}{ends}")
         if unwritten := self.folder.conclude(content):
             self._ended = self._ended or self._fault(unwritten)
             notes.append(unwritten)
@@ -212,16 +218,32 @@ def _attempt(action: Callable[[], object]) -> SimulationError | None:
     return None
 
 
-def _step(simulation: Simulation, pacer: Pacer | None) -> SimulationError | KeyboardInterrupt | None:
-    """Step to the stop time; return what ended the run before it, if anything did."""
+def _off_road(scenario: Scenario, simulation: Simulation) -> Callable[[], bool] | None:
+    """What says whether the vehicle has left the surroundings of the road; None where the run does not end there."""
+    scene, buses = scenario.scene, shown(scenario.system)
+    if not scenario.end_off_road or scene is None or VehicleState not in buses:
+        return None
+    x, y = (signal_path(buses, VehicleState, axis) for axis in "xy")
+    return lambda: bool(has_left(simulation.read(x), simulation.read(y), scene))
+
+
+def _step(
+    simulation: Simulation, pacer: Pacer | None, off_road: Callable[[], bool] | None
+) -> SimulationError | KeyboardInterrupt | None:
+    """Step to the stop time, or off the road; return what ended the run before, if anything did."""
     try:
-        if pacer is None:
+        if pacer is None and off_road is None:
             simulation.run()
-        else:
-            for tick in range(simulation.last_tick + 1):
+            return None
+        while not simulation.is_over:
+            tick = simulation.tick + 1
+            if pacer is not None:
                 pacer.wait(tick)
-                simulation.step()
+            simulation.step()
+            if pacer is not None:
                 pacer.done(tick)
+            if off_road is not None and off_road():
+                break
     except (SimulationError, KeyboardInterrupt) as error:
         return error
     return None

@@ -26,6 +26,7 @@ RUN_OPTIONS: Final = (
     "tolerance",
     "algorithm",
     "solve_loops",
+    "end_off_road",
     "lenient",
     "allow_nonfinite",
     "input",

@@ -82,6 +82,13 @@ _SHARED: Final = (
         default=False,
     ),
     _option(
+        "end_off_road",
+        Annotated[
+            bool, typer.Option("--end-off-road", help="End where the vehicle leaves the surroundings of the road.")
+        ],
+        default=False,
+    ),
+    _option(
         "lenient",
         Annotated[
             bool, typer.Option("--lenient", help="Run files though they break rules of FMI or SSP; notes say which.")

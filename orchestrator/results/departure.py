@@ -25,16 +25,19 @@ class Departure:
     """[m]"""
 
     def __str__(self) -> str:
-        return (
-            f"the vehicle left the surroundings of the road at t = {self.time:g} s, x = {self.x:.3g} m,"
-            f" y = {self.y:.3g} m; figures and metrics end there"
-        )
+        place = f"x = {self.x:.3g} m, y = {self.y:.3g} m"
+        return f"the vehicle left the surroundings of the road at t = {self.time:g} s, {place}"
 
 
 def in_surroundings(x: Array, y: Array, scene: Scene) -> NDArray[np.bool_]:
     """Whether each place `(n,)` [m] lies on the road or beside it; a place that is not finite does not."""
     beside = (y >= scene.y_right - BESIDE_ROAD) & (y <= scene.y_left + BESIDE_ROAD)
     return beside & (x >= ROAD_AT_MOST[0]) & (x <= ROAD_AT_MOST[1])
+
+
+def has_left(x: Array, y: Array, scene: Scene) -> NDArray[np.bool_]:
+    """Whether a vehicle at each place `(n,)` [m] has left the surroundings; where it is not finite nobody knows."""
+    return np.isfinite(x) & np.isfinite(y) & ~in_surroundings(x, y, scene)
 
 
 def departure(time: Array, x: Array, y: Array, scene: Scene) -> Departure | None:
@@ -46,7 +49,7 @@ def departure(time: Array, x: Array, y: Array, scene: Scene) -> Departure | None
         y: The same across the road.
         scene: The road.
     """
-    outside = np.isfinite(x) & np.isfinite(y) & ~in_surroundings(x, y, scene)
+    outside = has_left(x, y, scene)
     if not outside.any():
         return None
     row = int(np.argmax(outside))

@@ -26,7 +26,7 @@ from components.interfaces.maths import Array
 from orchestrator.results import path_geometry
 from orchestrator.results.departure import Departure, departure
 from orchestrator.results.geometry import box_corners, box_distance
-from orchestrator.system.scene import Scene
+from orchestrator.system.scene import BESIDE_ROAD, Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
@@ -44,12 +44,12 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
 
     Among them are `gap_obstacle`, the least distance between the box of the ego vehicle and that of any obstacle (0 on
     contact), and `gap_edge`, the least distance between the corners of the ego vehicle and the edges of the road
-    (negative outside).
+    (negative outside; `-BESIDE_ROAD` where it was further outside when nobody looked at it any more).
 
     Args:
         frame: Rows of consecutive ticks. Rows in which the state of the ego vehicle is not finite (the last one of a
-            run that broke) do not count, nor do those after the vehicle has left the surroundings of the road; and none
-            does for a metric of another bus in which that bus is not.
+            run that broke) do not count, nor do those from where the vehicle has left the surroundings of the road; and
+            none does for a metric of another bus in which that bus is not.
         buses: The path of each output bus that the metrics are made from, as `shown` gives it for a system.
         scene: The road, and the size of the ego vehicle.
 
@@ -58,7 +58,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     """
     metrics: dict[str, float] = {}
     left = departure_of(frame, buses, scene)
-    rows_until = None if left is None else left.row + 1
+    rows_until = None if left is None else left.row
     for family, records in (
         (_motion, ()),
         (_acceleration, (Motion,)),
@@ -73,6 +73,8 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses], rows_until)
         if len(rows["time"]):
             metrics |= family(rows, buses)
+    if left is not None and not scene.y_right - BESIDE_ROAD <= left.y <= scene.y_left + BESIDE_ROAD:
+        metrics["gap_edge"] = min(metrics.get("gap_edge", 0.0), -BESIDE_ROAD)
     return {name: value for name, value in metrics.items() if np.isfinite(value)}
 
 

@@ -16,6 +16,7 @@ from orchestrator.results import metrics
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.metrics import Chosen
 from orchestrator.results.provenance import fault_facts, versions
+from orchestrator.results.ranges import out_of_range
 from orchestrator.results.run_folder import SUMMARY
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
@@ -79,7 +80,7 @@ def summary(
 
 
 def measured(scenario: Scenario, rows: Mapping[str, Any]) -> dict[str, Any]:
-    """The metrics of a run, its verdicts, and where the vehicle left the surroundings of the road, if it did.
+    """The metrics of a run, its verdicts, and what was left: the surroundings of the road, declared ranges.
 
     Args:
         scenario: What was run.
@@ -92,7 +93,13 @@ def measured(scenario: Scenario, rows: Mapping[str, Any]) -> dict[str, Any]:
         known = metrics.compute(rows, buses, scenario.scene)
         if (left := metrics.departure_of(rows, buses, scenario.scene)) is not None:
             departed = {"departure": asdict(left)}
-    return {"metrics": known, "verdicts": metrics.verdicts(known), **departed}
+    outside = out_of_range(rows, scenario.system)
+    return {
+        "metrics": known,
+        "verdicts": metrics.verdicts(known),
+        **departed,
+        **({"out_of_range": outside} if outside else {}),
+    }
 
 
 def _experiment(scenario: Scenario, simulation: Simulation) -> dict[str, Any]:

@@ -37,6 +37,8 @@ class Options:
     """Master algorithm: `sequential`, `jacobi` or `clocked`; that of the scenario if not given."""
     solve_loops: bool = False
     """Whether algebraic loops are solved by iteration instead of being refused."""
+    end_off_road: bool = False
+    """Whether the run ends where the vehicle leaves the surroundings of the road."""
     lenient: bool = False
     """Whether files may be used although they break rules of FMI or SSP."""
     allow_nonfinite: Sequence[str] = ()

@@ -91,6 +91,7 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
         record=parse_record(options.record) or content.record or EVERYTHING,
         algorithm=algorithm_named(options.algorithm or content.experiment.algorithm),
         solve_loops=options.solve_loops or content.experiment.solve_loops,
+        end_off_road=options.end_off_road or content.experiment.end_off_road,
         remarks=tuple(remarks),
     )
 

@@ -31,6 +31,7 @@ class ExperimentTable(BaseModel):
     tolerance: Given | None = None
     algorithm: str = "sequential"
     solve_loops: bool = False
+    end_off_road: bool = False
 
 
 class SocketFilling(BaseModel):

@@ -54,6 +54,7 @@ class ScenarioAnnotation(BaseModel):
         held: The values of inputs that nothing drives, by input; bytes are hexadecimal digits.
         algorithm: The name of the master algorithm.
         solve_loops: Whether algebraic loops are solved.
+        end_off_road: Whether the run ends where the vehicle leaves the surroundings of the road.
         tolerance: The relative tolerance that all FMUs are told.
         record: The signals that are recorded: by pattern, at every how many ticks.
         allow_nonfinite: Patterns of the signals that may be infinite or not a number although a unit reads them.
@@ -73,6 +74,7 @@ class ScenarioAnnotation(BaseModel):
     held: dict[str, Any] = {}
     algorithm: str = Algorithm.SEQUENTIAL
     solve_loops: bool = False
+    end_off_road: bool = False
     tolerance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
     record: dict[str, Annotated[int, Field(ge=0)]] = dict(EVERYTHING)
     allow_nonfinite: list[str] = []
@@ -114,6 +116,7 @@ def annotation_of(scenario: Scenario) -> str:
         held={path: np.asarray(value, dtype=object).tolist() for path, value in system.held.items()},
         algorithm=scenario.algorithm.value,
         solve_loops=scenario.solve_loops,
+        end_off_road=scenario.end_off_road,
         tolerance=scenario.tolerance,
         record=dict(scenario.record),
         allow_nonfinite=list(system.allow_nonfinite),

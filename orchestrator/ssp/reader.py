@@ -119,6 +119,7 @@ def _read(path: Path, settings: SettingsByUnit, options: Options) -> Scenario:
         record=known.record,
         algorithm=Algorithm.JACOBI if late else algorithm_named(known.algorithm),
         solve_loops=known.solve_loops,
+        end_off_road=known.end_off_road,
         remarks=(*dict.fromkeys(findings.remarks), *experiment.remarks),
     )
 

@@ -151,6 +151,8 @@ class Scenario:
     algorithm: Algorithm = Algorithm.SEQUENTIAL
     solve_loops: bool = False
     """Whether algebraic loops are solved by iteration instead of being refused."""
+    end_off_road: bool = False
+    """Whether the run ends where the vehicle leaves the surroundings of the road."""
     remarks: tuple[str, ...] = ()
     """What a person should know of the system before it runs."""
 

@@ -31,7 +31,7 @@ def die():
     os._exit(9)
 
 if at == "stepping":
-    run._step = lambda simulation, _: ([simulation.step() for _ in range(12)], die())
+    run._step = lambda simulation, *_: ([simulation.step() for _ in range(12)], die())
 elif at == "closing":
     run.Simulation.close = lambda _: die()
 else:

@@ -24,16 +24,30 @@ def test_the_first_place_outside_is_told():
     y = np.array([0, np.nan, 3, 100, -1e300])
     left = departure(time, x, y, ROAD)
     assert (left.row, left.time, left.x, left.y) == (3, pytest.approx(0.3), 30, 100)
-    assert str(left).startswith("the vehicle left the surroundings of the road at t = 0.3 s, x = 30 m, y = 100 m;")
+    assert str(left) == "the vehicle left the surroundings of the road at t = 0.3 s, x = 30 m, y = 100 m"
     assert departure(time[:3], x[:3], y[:3], ROAD) is None
 
 
 def test_a_run_that_diverges_is_told_and_its_numbers_are_bounded(macrostep, without_pictures, tmp_path):
-    slow = ("--set", "plant.v_x_start=3", "--stop-time", 8, "--blocks", "--out", "r")
-    code, out, err = macrostep("run", "static", *slow)
+    stiff = ("--set", "plant.I_z=1", "--stop-time", 8, "--blocks", "--out", "r")  # too stiff for the plant's own step
+    code, out, err = macrostep("run", "static", *stiff)
     assert code == 1
     assert "note: the vehicle left the surroundings of the road at t = " in " ".join(err.split())
     assert max(map(len, out.splitlines())) < 120
     summary = json.loads((tmp_path / "r" / "summary.json").read_text())
     assert summary["departure"]["time"] < 8
     assert max(abs(value) for value in summary["metrics"].values()) <= 1e9
+
+
+def test_a_run_ends_off_the_road_if_asked_and_repeats_from_its_folder(macrostep, without_pictures, tmp_path):
+    runaway = ("--set", "plant.y_start=-9", "--set", "plant.psi_start=-0.5", "--set", "controller.delta_max=0.001")
+    code, _, err = macrostep("run", "static", *runaway, "--end-off-road", "--blocks", "--out", "first")
+    assert code == 0
+    assert "y = -11.8 m; the run ends there" in " ".join(err.split())
+    code, _, err = macrostep("run", "first", "--out", "again")
+    assert code == 0
+    assert "the run ends there" in " ".join(err.split())
+    for folder in ("first", "again"):
+        summary = json.loads((tmp_path / folder / "summary.json").read_text())
+        assert summary["status"] == "finished"
+        assert summary["experiment"]["ticks"] == summary["departure"]["row"] + 1 == 7
