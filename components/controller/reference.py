@@ -93,9 +93,13 @@ class Guidance(PathPlanning):
     y_right: float = quantity("m", "right edge of the road")
     l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
-    def progress(self, v: float, v_d: float, t: float) -> float:  # noqa: ARG002 - a subclass may need it
-        """How far along the path [m] the desired point is after `t` [s] at speed `v` now, `v_d` desired [m/s]."""
-        return v_d * t
+    def progress(self, v: float, v_d: float, t: float) -> float:
+        """How far along the path [m] the desired point is after `t` [s] at speed `v` now, `v_d` desired [m/s].
+
+        It slows down no faster than with `a_follow`, as the vehicle can: a point that suddenly is much nearer than the
+        vehicle can be would be reached by leaving the path.
+        """
+        return fmax(v_d * t, v * t - self.a_follow * t * t / 2)
 
     def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - a subclass may need it
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
@@ -104,7 +108,7 @@ class Guidance(PathPlanning):
     def reference(self, before: Manoeuvre, u: ControllerInputs) -> PathReference:
         """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1).
 
-        The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
+        The desired point X_d(k+i) is `progress` along the path from the projection of the ego on it (RESOLUTIONS 13).
         """
         manoeuvre = self.manoeuvre(before, u)
         path = self.path(manoeuvre, u.ego)
