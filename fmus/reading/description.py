@@ -203,7 +203,7 @@ def _identifier_problems(root: Any, version: Version, place: str) -> Iterator[Pr
 
 def _schema_breaches(root: Any, version: Version) -> list[tuple[int, str]]:
     found = schema_breaches(root, description_schema(version))
-    return [(line, re.sub(r"\{(?:http|urn)[^}]*\}", "", text)) for line, text in found]
+    return [(line, re.sub(r"\{(?:http|urn)[^{}]*\}", "", text)) for line, text in found]
 
 
 def _first(breaches: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:

@@ -239,6 +239,8 @@ class Memory:
             A mask `(n,)`; the very first row of a series counts as different.
         """
         rows = np.ones(len(values), dtype=bool)
+        if not len(values):
+            return rows
         rows[1:] = (values[1:] != values[:-1]).any(axis=1)
         before = self._last.get(at)
         if before is not None and before.shape == values[0].shape:

@@ -45,7 +45,7 @@ def whole_steps(start: float, h: float, until: float) -> tuple[float, tuple[str,
     """
     if not 0 <= (until - start) / h < MOST_TICKS:  # what is wrong with it is told where the run is prepared
         return until, ()
-    ticks = int((until - start) / h + _ROUNDING * max(1.0, abs(until / h)))
+    ticks = int((until - start) / h + min(0.5, _ROUNDING * max(1.0, abs(until / h))))  # until / h may be infinite
     last = start + ticks * h
     if abs(last - until) <= _ROUNDING * max(1.0, abs(until)):
         return until, ()

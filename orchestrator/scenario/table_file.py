@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import io
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,10 +22,10 @@ from components.interfaces.problem import Problem, raise_if_any, refuse
 from components.interfaces.quantity import Quantity
 from orchestrator.system.contents import read_bytes
 from orchestrator.system.parquet_tables import read_parquet
+from orchestrator.system.value_texts import behind
 
 TIME: Final = "time"
 _SECOND: Final = Quantity("s", "the unit of measurement of times")
-_HEADER: Final = re.compile(r"(?P<name>.*?)\s+\[(?P<unit>[^\[\]]*)\]")
 _VALID: Final = "a table: a .csv or .parquet file with the column `time` first, and one for each input"
 
 LARGEST_TABLE: Final = 4 * 2**30
@@ -165,10 +164,15 @@ def _csv(content: bytes, where: str) -> _Content:
     )
     columns: list[TableColumn] = []
     for i, name in enumerate(names):
-        match = _HEADER.fullmatch(name)
         read = lambda i=i: [row[i] for row in body]  # noqa: E731 - its only use is one line below
-        columns.append(TableColumn(match["name"] if match else name, match["unit"] if match else None, read))
+        columns.append(TableColumn(*_named(name), read))
     return columns, lines[1:], False
+
+
+def _named(header: str) -> tuple[str, str | None]:
+    """The name of a column and its unit of measurement, from a header such as `plant.actuation.delta_f [rad]`."""
+    parts = behind(header)
+    return (header, None) if parts is None else parts
 
 
 def _parquet(path: Path, where: str) -> _Content:
@@ -176,9 +180,8 @@ def _parquet(path: Path, where: str) -> _Content:
     columns: list[TableColumn] = []
     for item in table.schema:
         unit = (item.metadata or {}).get(b"unit")
-        match = _HEADER.fullmatch(item.name)
-        name = match["name"] if match else str(item.name)
-        given = unit.decode("utf-8", "replace") if unit else match["unit"] if match else None
+        name, given = _named(str(item.name))
+        given = unit.decode("utf-8", "replace") if unit else given
         columns.append(TableColumn(name, given or None, table.column(item.name).to_pylist))
     is_run = b"macrostep" in (table.schema.metadata or {})
     return columns, range(1, table.num_rows + 1), is_run

@@ -120,7 +120,7 @@ def breaches(root: Node, kind: Tag, version: SspVersion) -> Iterator[tuple[int, 
     validator = ssp_schema(_SCHEMAS[kind])
     if not validator.validate(root):
         for entry in validator.error_log:
-            yield entry.line, re.sub(r"\{[^}]*\}", "", entry.message).rstrip(".")
+            yield entry.line, re.sub(r"\{[^{}]*\}", "", entry.message).rstrip(".")
 
 
 def _breaches(node: Node) -> Iterator[tuple[int, str]]:

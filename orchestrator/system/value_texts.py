@@ -12,8 +12,7 @@ import numpy as np
 from components.interfaces.conversion import unit_conversion
 from components.interfaces.quantity import TRUTHS, Quantity, Type
 
-_WITH_UNIT: Final = re.compile(r"(?P<number>.*\S)\s+\[(?P<unit>[^\[\],]*[^\[\],\s\d][^\[\],]*)\]")
-_QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\.|(?!(?P=quote)).)*)(?P=quote)""")
+_QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\(?P=quote)|(?!(?P=quote)).)*)(?P=quote)""")
 
 
 def from_text(text: str, q: Quantity) -> Any:
@@ -30,13 +29,30 @@ def from_text(text: str, q: Quantity) -> Any:
     Returns:
         The value; what means none comes back much as it is, and `Quantity.problems` says what would.
     """
-    if q.type.is_float and (match := _WITH_UNIT.fullmatch(text)) is not None:
-        conversion, value = unit_conversion(Quantity(match["unit"], ""), q), from_text(match["number"], q)
+    if q.type.is_float and (parts := _with_unit(text)) is not None:
+        number, unit = parts
+        conversion, value = unit_conversion(Quantity(unit, ""), q), from_text(number, q)
         numbers = np.asarray(value)
         return text if conversion is None or numbers.dtype.kind not in "fiu" else conversion(numbers).tolist()
     if not q.shape:
         return _unquoted(text) if q.type is Type.STRING else _scalar(text, q)
     return _in_each(_items(text, q), lambda item: _scalar(item, q) if isinstance(item, str) else _truth(item, q))
+
+
+def behind(text: str) -> tuple[str, str] | None:
+    """A text and what stands behind it in brackets, such as `50 [km/h]`; None where nothing does."""
+    before, _, inside = text.removesuffix("]").rpartition("[")
+    first = before.rstrip()
+    is_apart = first != before and "]" not in inside
+    return (first, inside) if text.endswith("]") and is_apart else None
+
+
+def _with_unit(text: str) -> tuple[str, str] | None:
+    """The number and the unit of measurement of a text such as `50 [km/h]`; None where it is none."""
+    parts = behind(text)
+    if parts is None or not parts[0] or "," in parts[1]:
+        return None
+    return parts if any(not (c.isspace() or c.isdigit()) for c in parts[1]) else None
 
 
 def typed(value: Any, q: Quantity) -> Any:

@@ -117,7 +117,7 @@ def _from_parquet(run: KeptRun, path: Path, tell: Callable[[str], None]) -> Mapp
             if not tables and part == files[-1]:
                 raise
             _tell(error, tell)
-    frame = joined(tables).to_pandas()
+    frame = joined(tables).replace_schema_metadata(None).to_pandas()  # what is noted beside the rows may be damaged
     return sound_rows(run, {str(name): frame[name].to_numpy() for name in frame}, str(path), tell)
 
 

@@ -38,3 +38,11 @@ def test_the_first_row_is_its_own_predecessor():
     memory = Memory()
     assert memory.before("a", np.array([[1], [2]])).tolist() == [[1], [1]]
     assert memory.before("a", np.array([[3], [4]])).tolist() == [[2], [3]]
+
+
+def test_no_rows_are_no_news():
+    memory = Memory()
+    assert memory.news("x", np.zeros((0, 2))).tolist() == []
+    assert memory.news("x", np.ones((1, 2))).tolist() == [True]
+    assert memory.news("x", np.zeros((0, 2))).tolist() == []
+    assert memory.news("x", np.ones((1, 2))).tolist() == [False]

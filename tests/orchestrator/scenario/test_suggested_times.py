@@ -103,3 +103,7 @@ def test_what_a_unit_gets_is_not_told():
 def test_a_scenario_says_its_times_as_a_grid():
     scenario = Scenario("s", "s", None, None, h=0.5, until=1.0, start=-1.0, sources={})
     assert scenario.grid.times.tolist() == [-1.0, -0.5, 0.0, 0.5, 1.0]
+
+
+def test_a_step_that_no_time_has_a_number_of():
+    assert whole_steps(1.0, 5e-324, 1.0) == (1.0, ())

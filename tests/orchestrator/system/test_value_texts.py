@@ -134,3 +134,23 @@ def test_a_file_has_types_of_its_own_and_texts_only_for_what_toml_has_no_type_fo
     assert typed(1, of(Type.INT32)) == 1
     assert typed("'quoted'", of(Type.STRING)) == "'quoted'"
     assert typed("3", of(Type.FLOAT64)) == "3"
+
+
+BACKSLASHES = "\\" * 50_000
+
+
+@pytest.mark.parametrize(
+    "text", [f'"{BACKSLASHES}', f"5 [m{BACKSLASHES}", f"5{' ' * 50_000}[m", "[" * 50_000, "'" * 50_001]
+)
+def test_a_text_of_any_length_is_read_in_time_that_grows_with_it(text):
+    """Patterns that try every division of a text took minutes, or for ever."""
+    for quantity in (Quantity("", "", type=Type.STRING), Quantity("m", "")):
+        assert isinstance(from_text(text, quantity), str)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [(r"'C:\folder\'", "C:\\folder\\"), (r'"a\"b"', 'a"b'), ('"a"b"', '"a"b"'), ("'a\"b'", 'a"b'), ('"', '"')],
+)
+def test_what_stands_in_quotes(text, value):
+    assert from_text(text, Quantity("", "", type=Type.STRING)) == value

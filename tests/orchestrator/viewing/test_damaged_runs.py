@@ -87,3 +87,14 @@ def test_parts_of_rows_of_which_one_is_damaged(run, tmp_path):
     assert len(rows["time"]) == len(table) - 8
     assert [line.partition(": a file")[0] for line in said] == [str(damaged)]
     assert said[0].endswith("; it is not used")
+
+
+@pytest.mark.parametrize("noted", [b"", b"[1]", b'{"index_columns": 7}'])
+def test_rows_whose_notes_of_pandas_are_damaged(run, tmp_path, noted):
+    table = pq.read_table(run / "signals.parquet")
+    meta = {**(table.schema.metadata or {}), b"pandas": noted}
+    pq.write_table(table.replace_schema_metadata(meta), run / "signals.parquet")
+    said = []
+    rows = repair.rows(find(run), tmp_path, said.append)
+    assert rows["plant.state.x"].tolist() == table.column("plant.state.x").to_pylist()
+    assert said == []
