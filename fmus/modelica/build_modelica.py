@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from fmus.export.build import Built, build
-from fmus.modelica.block import modelica_block
+from fmus.modelica.block import ModelicaBlock, modelica_block
 from fmus.toolchain.version import Version
 
 _REQUEST = re.compile(r"(?P<file>.+\.mo)(?::(?P<model>[\w.]+))?")
@@ -30,7 +30,12 @@ def build_modelica(request: str, version: Version, folder: Path, socket: str | N
         RequestError: The model cannot become a block, or has parameters without a value.
         BuildError: The C compiler fails.
     """
+    model = read_modelica(request, socket)
+    return build(model.block, version, model.start, folder)
+
+
+def read_modelica(request: str, socket: str | None = None) -> ModelicaBlock:
+    """The block of a Modelica model that is requested as for `build_modelica`. Raises `RequestError`."""
     match = _REQUEST.fullmatch(request)
     assert match is not None, request  # noqa: S101 - the caller asks `is_modelica` first
-    model = modelica_block(Path(match["file"]), match["model"], socket)
-    return build(model.block, version, model.start, folder)
+    return modelica_block(Path(match["file"]), match["model"], socket)

@@ -11,6 +11,7 @@ import json
 import mmap
 import os
 import select
+import shlex
 import signal
 import sys
 import time
@@ -240,4 +241,4 @@ def _complete(folder: Path, reason: str, *, interrupted: bool) -> None:
         )
     else:
         ticks = content.get("experiment", {}).get("ticks", 0)
-        err.print(f"{ticks} ticks are in {folder}/; look at it with: macrostep show {folder}")
+        err.print(f"{ticks} ticks are in {folder}/; look at it with: macrostep show {shlex.quote(str(folder))}")

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
+from components import BLOCKS
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
+from fmus.modelica.build_modelica import is_modelica
 from fmus.reading.archive import Archive
 from fmus.reading.observation import observable, observing
 from fmus.toolchain.door import reading
 from fmus.unit_interface import Interface
-from orchestrator.exchange.fmu_in_words import described, rule_breaches
+from orchestrator.exchange.catalogue_in_words import block_in_words, modelica_in_words
+from orchestrator.exchange.fmu_in_words import aligned, described, rule_breaches
 from orchestrator.exchange.trial import Trial, try_first_step
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
@@ -46,10 +50,10 @@ def check(
     static: bool = False,
     progress: Progress = SILENT,
 ) -> Checked:
-    """Check an FMU, an SSP or a mapping file, and write a template of a mapping where one is of use.
+    """Check an FMU, an SSP, a mapping or a Modelica file, or describe a block; write a template of a mapping if of use.
 
     Args:
-        path: The file.
+        path: The file, `FILE.mo:MODEL`, or the name of a block.
         socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
         static: Whether an FMU is only read, and not tried.
         out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
@@ -63,15 +67,22 @@ def check(
     """
     if socket is not None and socket not in SOCKETS:
         raise refuse("--socket", f"`{socket}`", choices(SOCKETS), did_you_mean(socket, SOCKETS))
-    if path.suffix not in {".fmu", ".ssp", ".toml"} or not is_file(path):
+    if str(path) in BLOCKS and out is None and not path.exists():
+        return Checked(tuple(block_in_words(str(path))), good=True)
+    modelica = is_modelica(str(path))
+    if not modelica and (path.suffix not in {".fmu", ".ssp", ".toml"} or not is_file(path)):
         found = "no such file" if not is_file(path) else f"a file ending in `{path.suffix}`"
-        raise refuse(str(path), found, "an .fmu, an .ssp, or the .toml that maps an FMU")
+        valid = "an .fmu, an .ssp, the .toml that maps an FMU, a Modelica file (FILE.mo or FILE.mo:MODEL), or a block"
+        raise refuse(str(path), found, valid, did_you_mean(str(path), BLOCKS))
     if out is not None and (socket is None or path.suffix != ".fmu"):
         raise refuse("--out", "a template without an FMU and its socket", "FILE.fmu --socket SOCKET --out FILE.toml")
     if out is not None and out.exists():
         raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
     try:
         with reading(str(path), "a file that can be checked"):
+            if modelica:
+                lines = modelica_in_words(str(path), socket)
+                return Checked((*lines, *_to_run([f"macrostep build {shlex.quote(str(path))}"])), good=True)
             if path.suffix == ".ssp":
                 return _ssp(path)
             mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
@@ -93,7 +104,7 @@ def _ssp(path: Path) -> Checked:
     system = scenario.system
     lines = [f"{path.name}: {scenario.title or scenario.name}", f"{scenario.h:g} s steps to {scenario.until:g} s", ""]
     lines += ["units"]
-    lines += _aligned(
+    lines += aligned(
         (f"  {name}", source.interface.kind, f"socket {system.sockets[name].name}" if name in system.sockets else "")
         for name, source in system.units.items()
     )
@@ -104,7 +115,7 @@ def _ssp(path: Path) -> Checked:
         schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
         return Checked(tuple(lines), good=False, problems=error.problems)
-    return Checked((*lines, *_to_run([f"macrostep run {path}"])), good=True)
+    return Checked((*lines, *_to_run([f"macrostep run {shlex.quote(str(path))}"])), good=True)
 
 
 @dataclass(frozen=True)
@@ -135,19 +146,28 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
     fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
     lines += [f"socket {socket_name}: {fit_in_words(fitting)}", *_rows(fitting)]
     if mapping is None and (out is not None or fitting.needed):
-        lines.append(_template(where, socket_name, fitting, theirs, out))
+        try:
+            lines.append(_template(where, socket_name, fitting, theirs, out))
+        except RequestError as error:
+            if out is not None:
+                raise
+            lines += [f"not written, the mapping: {problem}" for problem in error.problems]
     problems += tuple(fitting.problems)
-    lines += [] if problems else _to_run([f"macrostep run static --{socket_name} {path}"])
+    lines += [] if problems else _to_run([f"macrostep run static --{socket_name} {shlex.quote(str(path))}"])
     return Checked(tuple(lines), good=not problems, problems=problems)
 
 
 def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
     """How an FMU fits every socket, with the signals of the one that it fits best."""
     best = max(fittings, key=lambda name: _share(fittings[name]))
-    lines = ["sockets", *_aligned((f"  {name}", fit_in_words(fitting)) for name, fitting in fittings.items())]
+    lines = ["sockets", *aligned((f"  {name}", fit_in_words(fitting)) for name, fitting in fittings.items())]
     if _share(fittings[best]):
         lines += ["", *_rows(fittings[best])]
-        lines += [f"For a mapping file: macrostep check {path} --socket {best}"] if fittings[best].problems else []
+        lines += (
+            [f"For a mapping file: macrostep check {shlex.quote(str(path))} --socket {best}"]
+            if fittings[best].problems
+            else []
+        )
     return lines
 
 
@@ -156,7 +176,8 @@ def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, leni
     stop = " --stop-time 10" if archive.suggested.stop is None else ""
     leniently = " --lenient" if lenient else ""
     fitting = [name for name, found in fittings.items() if not found.problems]
-    commands = [f"macrostep run {path}{stop}{leniently}", *(f"macrostep run static --{n} {path}" for n in fitting)]
+    file = shlex.quote(str(path))
+    commands = [f"macrostep run {file}{stop}{leniently}", *(f"macrostep run static --{n} {file}" for n in fitting)]
     return _to_run(commands)
 
 
@@ -210,7 +231,7 @@ def _variables(archive: Archive) -> list[str]:
     only_shown = observing(archive, [*others][:_MOST_OBSERVABLE], {}).interface.observed
     rows += [(f"  {v.name}", others[v.name], *_row(v, theirs, settable)) for v in only_shown]
     left_out = len(others) - len(only_shown)
-    return _aligned(rows) + ([f"  and {left_out} more, which --record takes as well"] if left_out else [])
+    return aligned(rows) + ([f"  and {left_out} more, which --record takes as well"] if left_out else [])
 
 
 def _settable(theirs: Interface) -> dict[str, str]:
@@ -237,7 +258,7 @@ def _row(v: Variable, theirs: Interface, settable: Mapping[str, str]) -> tuple[s
 def _rows(fitting: Fitting) -> list[str]:
     """What stands for each signal of the socket, without the optional signals that are absent."""
     shown = [row for row in fitting.rows if row.theirs or row.needed or row.note]
-    lines = _aligned(
+    lines = aligned(
         (
             f"  {row.signal.name}",
             f"[{row.signal.quantity.unit}]" if row.signal.quantity.type.is_float else f"{row.signal.quantity.type}",
@@ -263,10 +284,3 @@ def _share(fitting: Fitting) -> float:
     """How well an FMU fits: the share of the needed signals that it has, and one more where it fits."""
     needed = [row for row in fitting.rows if row.needed]
     return sum(bool(row.theirs) for row in needed) / len(needed) + (not fitting.problems)
-
-
-def _aligned(rows: Any) -> list[str]:
-    """Align rows of texts in columns."""
-    table = [tuple(row) for row in rows]
-    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))] if table else []
-    return ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in table]

@@ -55,3 +55,10 @@ def rule_breaches(archive: Archive, broken: Sequence[Problem]) -> Iterator[str]:
     else:
         yield f"  {'breaks rules of FMI that no run needs' if archive.breaks_rules else 'keeps the rules of FMI'}"
     yield from (f"  note: {remark}" for remark in archive.remarks)
+
+
+def aligned(rows: Any) -> list[str]:
+    """Align rows of texts in columns."""
+    table = [tuple(row) for row in rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))] if table else []
+    return ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in table]

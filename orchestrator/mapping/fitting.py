@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -212,7 +213,7 @@ class _Fit:
             what = ", ".join(
                 f"{r.signal.name} ({describe(r.signal.quantity)}{f'; {r.note}' if r.note else ''})" for r in missing
             )
-            command = f"`macrostep check {self.path} --socket {self.socket.name} --out FILE.toml`"
+            command = f"`macrostep check {shlex.quote(self.path)} --socket {self.socket.name} --out FILE.toml`"
             remedy = f"{command} writes a mapping to fill in."
             valid = f"a variable for each among {offer(self.theirs)}"
             self.problems.append(Problem(f"{self.name}: {self.file}", f"no variable for {what}", valid, remedy))

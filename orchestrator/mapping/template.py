@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -61,7 +62,7 @@ def template(fitting: Fitting, socket: Socket, theirs: Interface, fmu: str, mapp
     """
     lines = [
         f"# How {Path(fmu).name} fills the socket `{socket.name}`.",
-        f"# Use it in place of the FMU: macrostep run static --{socket.name} {mapping}",
+        f"# Use it in place of the FMU: macrostep run static --{socket.name} {shlex.quote(str(mapping))}",
         "#",
         '# SIGNAL = "VARIABLE", or SIGNAL = { variable = "VARIABLE", unit = "km/h", factor = 1, offset = ... }:',
         "#   signal = factor * variable + offset. Units are converted; `unit` is for FMUs that are wrong or silent.",

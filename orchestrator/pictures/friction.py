@@ -17,7 +17,6 @@ import numpy as np
 from components.interfaces.buses import Actuation, Motion, Tyre, VehicleState
 from components.interfaces.maths import Array
 from orchestrator.pictures import palette
-from orchestrator.pictures.plots import parameter_values
 from orchestrator.pictures.shapes import (
     Colour,
     Lines,
@@ -29,7 +28,7 @@ from orchestrator.pictures.shapes import (
     entity,
 )
 from orchestrator.pictures.signals import Recorded, SignalColumns
-from orchestrator.system.shown import BusPaths, unit_that_shows
+from orchestrator.system.shown import BusPaths, parameter_values, unit_that_shows
 from orchestrator.system.system import System
 
 APART: Final = 1.5

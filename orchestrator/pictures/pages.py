@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from orchestrator.pictures.plots import parameter_values
 from orchestrator.results.provenance import facts
 from orchestrator.system.experiment import Scenario
+from orchestrator.system.shown import parameter_values
 from orchestrator.system.system import System
 
 

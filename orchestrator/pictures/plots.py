@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from components.interfaces.buses import Actuation, Motion, Tyre, VehicleState
 from components.interfaces.record import variables
 from orchestrator.pictures.signals import Signal
-from orchestrator.system.shown import BusPaths, shown, signal_path, unit_that_shows
+from orchestrator.system.shown import BusPaths, parameter_values, shown, signal_path, unit_that_shows
 from orchestrator.system.system import System
 
 QUESTIONS: Final = (
@@ -153,14 +153,6 @@ def by_bus(signals: Sequence[Signal]) -> list[Plot]:
     for signal in (signal for signal in signals if signal.is_number):
         groups.setdefault((signal.bus, signal.unit_of_measurement or None), []).append(signal)
     return [Plot(bus, unit, tuple(group)) for (bus, unit), group in groups.items()]
-
-
-def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
-    """The parameter values of a unit, with its own start values where the system gives none; empty without a unit."""
-    if unit is None:
-        return {}
-    source = system.units[unit]
-    return {**source.interface.starts, **source.parameters}
 
 
 def limit_parts(limit: Limit) -> tuple[str, ...]:

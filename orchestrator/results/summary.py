@@ -12,15 +12,17 @@ from typing import Any, cast
 
 import numpy as np
 
+from components.interfaces.buses import Actuation
 from orchestrator.results import metrics
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.metrics import Chosen
 from orchestrator.results.provenance import fault_facts, versions
 from orchestrator.results.ranges import out_of_range
 from orchestrator.results.run_folder import SUMMARY
+from orchestrator.results.task import is_done, task
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.system.experiment import Scenario
-from orchestrator.system.shown import shown
+from orchestrator.system.shown import parameter_values, shown, unit_that_shows
 from orchestrator.system.system import System
 
 
@@ -88,15 +90,18 @@ def measured(scenario: Scenario, rows: Mapping[str, Any]) -> dict[str, Any]:
     """
     known: dict[str, float] = {}
     departed: dict[str, Any] = {}
-    if scenario.scene is not None and len(rows["time"]):
+    if (scene := scenario.scene) is not None and len(rows["time"]):
         buses = shown(scenario.system)
-        known = metrics.compute(rows, buses, scenario.scene)
-        if (left := metrics.departure_of(rows, buses, scenario.scene)) is not None:
-            departed = {"departure": asdict(left)}
+        left = metrics.departure_of(rows, buses, scene)
+        departed = {} if left is None else {"departure": asdict(left)}
+        wanted = parameter_values(scenario.system, unit_that_shows(buses, Actuation)).get("v_ref")
+        v_ref = float(wanted) if isinstance(wanted, int | float) else None
+        known = metrics.compute(rows, buses, scene)
+        known |= task(rows, buses, scene, v_ref, until=None if left is None else left.row)
     outside = out_of_range(rows, scenario.system)
     return {
         "metrics": known,
-        "verdicts": metrics.verdicts(known),
+        "verdicts": {**is_done(known), **metrics.verdicts(known)},
         **departed,
         **({"out_of_range": outside} if outside else {}),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from orchestrator.system.system import System
 
@@ -50,3 +50,11 @@ def unit_that_shows(buses: BusPaths, record: type) -> str | None:
         record: The record type of the bus.
     """
     return buses[record].partition(".")[0] if record in buses else None
+
+
+def parameter_values(system: System, unit: str | None) -> Mapping[str, Any]:
+    """The parameter values of a unit, with its own start values where the system gives none; empty without a unit."""
+    if unit is None:
+        return {}
+    source = system.units[unit]
+    return {**source.interface.starts, **source.parameters}

@@ -5,6 +5,7 @@ Shows `check.py` and `fmu_in_words.py`.
 
 from __future__ import annotations
 
+import re
 import tomllib
 
 import pytest
@@ -23,6 +24,7 @@ from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import copied, description2, entries, library, pack, scalar
 from tests.fmus.makers import maker_fmu
+from tests.fmus.modelica.conftest import PLANT
 from tests.orchestrator import foreign, ssps
 
 
@@ -113,14 +115,14 @@ def test_nothing_is_overwritten(theirs, macrostep):
         write_template("text", theirs.parent / "gone" / "t.toml")
 
 
+CHECKED = "an .fmu, an .ssp, the .toml that maps an FMU, a Modelica file (FILE.mo or FILE.mo:MODEL), or a block"
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["gone.fmu"], "gone.fmu: found no such file; valid: an .fmu, an .ssp, or the .toml that maps an FMU"),
-        (
-            ["notes.txt"],
-            "notes.txt: found a file ending in `.txt`; valid: an .fmu, an .ssp, or the .toml that maps an FMU",
-        ),
+        (["gone.fmu"], f"gone.fmu: found no such file; valid: {CHECKED}"),
+        (["notes.txt"], f"notes.txt: found a file ending in `.txt`; valid: {CHECKED}"),
         (
             ["theirs.fmu", "--socket", "plnt"],
             "--socket: found `plnt`; valid: controller, plant, traffic. Did you mean `plant`?",
@@ -279,3 +281,24 @@ def test_a_file_that_fits_its_socket_is_run_there_and_a_system_that_cannot_run_i
     ssp.write(prepare("static", Options(mode="blocks")), in_tmp_path / "system.ssp")
     _, out, _ = macrostep("check", "system.ssp")
     assert out.endswith("To run it:\n  macrostep run system.ssp\n")
+
+
+def test_a_block_and_a_modelica_file_are_described(in_tmp_path, macrostep):
+    code, out, _ = macrostep("check", "bicycle")
+    assert code == 0
+    assert out.startswith("bicycle: a block of the socket plant\n")
+    declared = '  parameter Real k(unit = "m/s2", min = 0) = 2 "how strongly it goes";\n'
+    text = PLANT.format(declarations=declared, equations="  der(state.v_x) = k * actuation.T_r;")
+    (in_tmp_path / "a b.mo").write_text(text)
+    code, out, err = macrostep("check", "a b.mo")
+    assert (code, err) == (0, "")
+    assert re.search(r"\n  k +2(\.0)? +0 <= finite number \[m/s2\] +how strongly it goes\n", out)
+    assert out.endswith("To run it:\n  macrostep build 'a b.mo'\n")
+
+
+def test_a_mapping_that_cannot_be_written_leaves_the_report(theirs, macrostep, monkeypatch):
+    (theirs.parent / "theirs.plant.toml").symlink_to(theirs.parent / "nowhere" / "x.toml")  # as in a folder of another
+    code, out, _ = macrostep("check", "theirs.fmu", "--socket", "plant")
+    assert code == 1
+    assert "socket plant: does not fit, 0 of 8 signals found\n" in out
+    assert "not written, the mapping: theirs.plant.toml: found " in out
