@@ -91,7 +91,7 @@ class ConstrainedMpc(Guidance, ConstrainedSettings, Sampled[ControllerInputs, Co
     Solved by `ilqr`, a fixed number of iterations from the previous plan shifted by one step. `solver.kkt` is the
     relative decrease of the cost in the last iteration. Obstacles that the path does not pass beside (one that is
     followed) do not narrow the corridor: the planner's speed keeps the distance.
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     """
 
     name: ClassVar[str] = "mpc_plus"

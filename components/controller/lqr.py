@@ -40,7 +40,7 @@ class Lqr(LqrTracking, Sampled[ControllerInputs, LqrState, TrackerOutputs]):
     are straight and the torque is zero.
 
     The gain is computed at the start: other weights during a run take effect at the next start.
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     """
 
     staged: ClassVar[bool] = True

@@ -51,7 +51,7 @@ class IntegratedMpc(Guidance, PredictedVehicle, Sampled[ControllerInputs, MpcSta
     further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
 
     The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     """
 
     staged: ClassVar[bool] = True

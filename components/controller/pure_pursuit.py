@@ -26,7 +26,7 @@ class PurePursuit(Tracking, Sampled[ControllerInputs, TrackerState, TrackerOutpu
 
     The path is that of `lqr`. In a sample whose inputs are not numbers the wheels are straight and the torque
     is zero.
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     Reference: R. C. Coulter, Carnegie Mellon University, CMU-RI-TR-92-01 (1992).
     """
 

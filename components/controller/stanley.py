@@ -25,7 +25,7 @@ class Stanley(Tracking, Sampled[ControllerInputs, TrackerState, TrackerOutputs])
 
     The path is that of `lqr`. In a sample whose inputs are not numbers the wheels are straight and the torque
     is zero.
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     Reference: G. Hoffmann, C. Tomlin, M. Montemerlo, S. Thrun, American Control Conference (2007).
     """
 

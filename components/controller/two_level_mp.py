@@ -68,7 +68,7 @@ class TwoLevelMp(LqrTracking, Guidance, Sampled[ControllerInputs, TwoLevelState,
 
     Where a solve gives no finite numbers the previous plan is followed one sample further.
     The gain is computed at the start: other weights during a run take effect at the next start.
-    Feedthrough: all inputs to all outputs. Valid for v_x > 1 m/s.
+    Feedthrough: all inputs to all outputs.
     """
 
     staged: ClassVar[bool] = True

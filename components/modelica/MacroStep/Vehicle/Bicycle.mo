@@ -19,6 +19,7 @@ block Bicycle "Single-track vehicle with linear tyres, equations (1)-(3) of the 
   parameter Real v_y_start(unit = "m/s") "initial lateral speed";
   parameter Real r_start(unit = "rad/s") "initial yaw rate";
 protected
+  constant Real v_least(unit = "m/s") = 1 "speed from which on the slip angles are those of the paper";
   final parameter Real F_zf(unit = "N") = m*g*l_r/(l_f + l_r)/2 "static load of one front tyre";
   final parameter Real F_zr(unit = "N") = m*g*l_f/(l_f + l_r)/2 "static load of one rear tyre";
   Real F_xr(unit = "N") "driving force of one rear tyre";
@@ -30,9 +31,10 @@ initial equation
   state.v_y = v_y_start;
   state.r = r_start;
 equation
-  // (3)
-  tyre.alpha_f = (state.v_y + l_f*state.r)/state.v_x - actuation.delta_f;
-  tyre.alpha_r = (state.v_y - l_r*state.r)/state.v_x;
+  // (3); below v_least the wheels go over into rolling without slip
+  tyre.alpha_f = (state.v_y + l_f*state.r)/max(abs(state.v_x), v_least)
+    - actuation.delta_f*min(max(state.v_x/v_least, -1), 1);
+  tyre.alpha_r = (state.v_y - l_r*state.r)/max(abs(state.v_x), v_least);
   // (2)
   tyre.F_cf = -C_alpha_f*tyre.alpha_f;
   tyre.F_cr = -C_alpha_r*tyre.alpha_r;
@@ -56,7 +58,8 @@ equation
 <p>The same vehicle as macrostep's block <code>bicycle</code>. Two tyres per axle, hence the factors 2. Leaves out load
 transfer, drag and the saturation of the tyre: <code>tyre.mu_f</code> and <code>tyre.mu_r</code> say how much of the
 friction limit the linear tyre claims to use, and pass 1 where a real tyre would slide.</p>
-<p>Reference point: centre of gravity. Valid for v_x &gt; 1 m/s.</p>
+<p>Reference point: centre of gravity. Equations (3) hold for v_x &gt;= 1 m/s; below, and at rest, the wheels
+go over into rolling without slip.</p>
 <p>C. Huang, B. Li, M. Kishida: Model predictive approach to integrated path planning and tracking for autonomous
 vehicles.</p>
 </html>"));
