@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from components.interfaces.buses import VehicleState
 from components.interfaces.maths import Array
-from orchestrator.pictures.signals import OBSTACLE_SIGNALS, PATH_SIGNALS, Recorded, SignalColumns
+from orchestrator.pictures.signals import OBSTACLE_SIGNALS, PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
+from orchestrator.results.geometry import box_distance
 from orchestrator.results.path_geometry import path_error
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
@@ -21,6 +22,9 @@ HEIGHT: Final = 1.4
 
 ROAD_BEFORE: Final = 40.0
 """[m] Length of the road that is drawn before the first and behind the last place of interest."""
+
+NEAR: Final = 20.0
+"""[m] Distance between centres up to which the gap between two boxes is measured."""
 
 ERROR_SCALE: Final = 0.5
 """[m] Path error that is drawn in full red."""
@@ -74,6 +78,34 @@ def obstacles(columns: SignalColumns, buses: BusPaths) -> tuple[Boxes, Array] | 
     return boxes, np.column_stack(signals)
 
 
+def ego_boxes(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Array | None:
+    """The box of the ego vehicle in every row, `(n, 5)`: x and y of its centre, yaw angle, length, width."""
+    pose = columns.bus(buses, *POSE_SIGNALS)
+    if pose is None:
+        return None
+    return np.column_stack([*pose, np.tile([scene.ego_length, scene.ego_width], (len(columns.time), 1))])
+
+
+def nearest(ego: Array, boxes: Boxes) -> tuple[Array, NDArray[np.int64]]:
+    """The gap to the nearest obstacle in every row.
+
+    Args:
+        ego: The box of the ego vehicle in each row, `(n, 5)`.
+        boxes: The obstacles in these rows.
+
+    Returns:
+        The gap [m], `(n,)`, infinite where no obstacle is within `NEAR`; and whose it is.
+    """
+    own = ego[boxes.row]
+    other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])
+    close = np.hypot(boxes.x - own[:, 0], boxes.y - own[:, 1]) < NEAR
+    gap, row = box_distance(own[close], other[close]), boxes.row[close]
+    least, identity = np.full(len(ego), np.inf), np.zeros(len(ego), dtype=np.int64)
+    falling = np.argsort(-gap, kind="stable")  # of several boxes in a row, the nearest is written last
+    least[row[falling]], identity[row[falling]] = gap[falling], boxes.id[close][falling]
+    return least, identity
+
+
 def path_errors(columns: SignalColumns, buses: BusPaths) -> Array | None:
     """Lateral distance of the vehicle from the path as the controller saw it at the same instant.
 
@@ -94,6 +126,12 @@ def has_path_errors(recorded: Recorded, buses: BusPaths) -> bool:
     record, *names = PATH_SIGNALS
     path = [signal_path(buses, record, name) for name in names]
     return recorded.together(*(signal_path(buses, VehicleState, axis) for axis in "xy"), *path)
+
+
+def has_gaps(recorded: Recorded, buses: BusPaths) -> bool:
+    """Whether all that `nearest` needs is recorded at the same ticks."""
+    paths = [signal_path(buses, record, name) for record, *names in (POSE_SIGNALS, OBSTACLE_SIGNALS) for name in names]
+    return recorded.together(*paths)
 
 
 def quaternions(psi: Array) -> Array:

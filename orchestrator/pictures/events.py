@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from components.interfaces.buses import Solver, SolverStatus, VehicleState
 from components.interfaces.maths import Array
-from orchestrator.pictures.drawing import Boxes
+from orchestrator.pictures.drawing import Boxes, ego_boxes, nearest
 from orchestrator.pictures.plots import Limit
 from orchestrator.pictures.shapes import Memory
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
 from orchestrator.results.departure import in_surroundings
-from orchestrator.results.geometry import box_distance
 from orchestrator.results.metrics import edge_gap
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths
@@ -39,8 +38,6 @@ _PAUSE: Final = 1.0
 """[s] Least time between two lines about a plan that keeps moving."""
 _AT_LIMIT: Final = 1 - 1e-9
 """Share of a limit that counts as reached."""
-_NEAR: Final = 20.0
-"""[m] Distance between centres up to which the gap between two boxes is measured."""
 
 
 @dataclass(frozen=True)
@@ -177,16 +174,10 @@ class EventLog:
         ego = self._ego_boxes(columns)
         if ego is None or self._scene is None:
             return
-        own = ego[boxes.row]
-        other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])
-        close = np.hypot(boxes.x - own[:, 0], boxes.y - own[:, 1]) < _NEAR
-        gap, row = box_distance(own[close], other[close]), boxes.row[close]
-        nearest, identity = np.full(len(columns.time), np.inf), np.zeros(len(columns.time), dtype=np.int64)
-        falling = np.argsort(-gap, kind="stable")  # of several boxes in a row, the nearest is written last
-        nearest[row[falling]], identity[row[falling]] = gap[falling], boxes.id[close][falling]
-        for row in self._memory.begins("near", (nearest > 0) & (nearest < self._scene.l_gap)):
-            yield Event(int(row), f"near miss: {nearest[row]:.2f} m to #{identity[row]}", "WARN")
-        for row in self._memory.begins("contact", nearest <= 0):
+        gap, identity = nearest(ego, boxes)
+        for row in self._memory.begins("near", (gap > 0) & (gap < self._scene.l_gap)):
+            yield Event(int(row), f"near miss: {gap[row]:.2f} m to #{identity[row]}", "WARN")
+        for row in self._memory.begins("contact", gap <= 0):
             yield Event(int(row), f"contact with #{identity[row]}", "ERROR")
 
     def _edge(self, columns: SignalColumns) -> Iterator[Event]:
@@ -200,12 +191,7 @@ class EventLog:
             yield Event(int(row), f"left the surroundings of the road at y = {ego[row, 1]:.3g} m", "ERROR")
 
     def _ego_boxes(self, columns: SignalColumns) -> Array | None:
-        """The box of the ego vehicle in every row, `(n, 5)`: x and y of its centre, yaw angle, length, width."""
-        pose = columns.bus(self._buses, *POSE_SIGNALS)
-        if pose is None or self._scene is None:
-            return None
-        size = np.tile([self._scene.ego_length, self._scene.ego_width], (len(columns.time), 1))
-        return np.column_stack([*pose, size])
+        return None if self._scene is None else ego_boxes(columns, self._buses, self._scene)
 
 
 def _limit_text(limit: Limit) -> str:

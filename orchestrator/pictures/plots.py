@@ -16,7 +16,7 @@ QUESTIONS: Final = (
     DID := "What did it do?",
     FELT := "What did it feel?",
     HARD := "How hard was it?",
-    FAST := "How fast was it?",
+    FAST := "How fast, how near?",
 )
 
 _SHARES: Final = ("mu_f", "mu_r")
@@ -25,6 +25,7 @@ _SHARES: Final = ("mu_f", "mu_r")
 _ANSWERS: Final = (
     (DID, "Steering delta_f", Actuation, ("delta_f",)),
     (DID, "Torque T_r", Actuation, ("T_r",)),
+    (DID, "Place across the road y", VehicleState, ("y",)),
     (FELT, "Yaw rate r", VehicleState, ("r",)),
     (FELT, "Acceleration", Motion, ("a_x", "a_y")),
     (HARD, "Friction share", Tyre, _SHARES),
@@ -53,6 +54,8 @@ class Limit:
     value: float
     binds: bool = True
     """Whether reaching it is an event; a desired value is only drawn."""
+    is_near: bool = True
+    """Whether the signal usually comes near it; the viewer would show the signal flat beside one that is far away."""
 
     @property
     def label(self) -> str:
@@ -109,7 +112,13 @@ def limits(system: System, signals: Sequence[Signal]) -> list[Limit]:
     buses, known = shown(system), {s.path: s for s in signals}
     given = parameter_values(system, unit_that_shows(buses, Actuation))
     limiting = [
-        Limit(signal, f"{'-' * (side < 0)}{name}", _unit(Actuation, signal.name), side * float(given[name]))
+        Limit(
+            signal,
+            f"{'-' * (side < 0)}{name}",
+            _unit(Actuation, signal.name),
+            side * float(given[name]),
+            is_near=actuated != "delta_f",
+        )
         for actuated, name, side in _ACTUATION_LIMITS
         if name in given and (signal := known.get(signal_path(buses, Actuation, actuated)))
     ]

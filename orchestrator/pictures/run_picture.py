@@ -91,6 +91,11 @@ class RunPicture:
         return drawing.has_path_errors(self._recorded, self.buses)
 
     @cached_property
+    def has_gap(self) -> bool:
+        """Whether the gap to the nearest obstacle is known."""
+        return self.scene is not None and drawing.has_gaps(self._recorded, self.buses)
+
+    @cached_property
     def has_states(self) -> bool:
         """Whether there is a timeline of states."""
         return self.has_path_error or any(signal.states or signal.is_text for signal in self.signals)
@@ -128,6 +133,8 @@ class RunPicture:
         if self.has_path_error:
             yield self._states(self.at("states", "manoeuvre"), events.PHASES)
             yield self._lines(self.at("derived", "path_error"), ["path error [m]"])
+        if self.has_gap:
+            yield self._lines(self.at("derived", "gap_obstacle"), ["gap to the nearest obstacle [m]"])
         if self.timed:
             yield self._lines(self.at("performance", "step_time"), [f"time per step [{MICROSECONDS}]"])
         if self.has_friction:
@@ -154,9 +161,22 @@ class RunPicture:
             yield SeriesValues(entity=self.at("derived", "path_error"), values=error)
         yield from friction.shapes(columns, self.buses, self._largest_forces, self.run)
         boxes = drawing.obstacles(columns, self.buses)
+        if self.has_gap and boxes is not None:
+            yield from self._gap(columns, boxes[0])
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._phases_and_events(columns, None if boxes is None else boxes[0])
+
+    def _gap(self, columns: SignalColumns, boxes: drawing.Boxes) -> Iterator[Shape]:
+        """The gap to the nearest obstacle; while nobody is near there is a hole in the line."""
+        ego = None if self.scene is None else drawing.ego_boxes(columns, self.buses, self.scene)
+        if ego is None:
+            return
+        at, (gap, _) = self.at("derived", "gap_obstacle"), drawing.nearest(ego, boxes)
+        far = np.isinf(gap)
+        rows = ~far | self._memory.news(at, far[:, None])
+        if rows.any():
+            yield SeriesValues(entity=at, rows=rows, values=np.where(far, np.nan, gap)[rows])
 
     def fault(self, what: str) -> LogLines:
         """The line of the log that says why the run ended before its stop time, for its last row.
@@ -192,7 +212,7 @@ class RunPicture:
             yield self._lines(at, signal.labels, self._places[signal.path][0])
             if names := list(signal.states.values()):
                 yield self._states(self.at("states", *signal.parts), names)
-        for limit in self.limits:
+        for limit in (limit for limit in self.limits if limit.is_near):
             at = self.at(*plots.limit_parts(limit))
             yield SeriesStyle(entity=at, names=[limit.label], colours=[palette.LIMIT], width=1)
 
@@ -211,7 +231,7 @@ class RunPicture:
                 rows = self._memory.news(at, np.array(values, dtype=object)[:, None])
                 yield States(entity=at, rows=rows, names=[str(values[row]) for row in np.flatnonzero(rows)])
         ends = np.unique([0, len(columns.time) - 1])
-        for limit in (limit for limit in self.limits if columns.has(limit.signal.path)):
+        for limit in (x for x in self.limits if x.is_near and columns.has(x.signal.path)):
             at = self.at(*plots.limit_parts(limit))
             yield SeriesValues(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 

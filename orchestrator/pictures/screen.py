@@ -181,6 +181,8 @@ def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
         views[question] = [*_joined(answers)]
     if path_errors := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
         views.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
+    if gaps := [run.at("derived", "gap_obstacle") for run in runs if run.has_gap]:
+        views.setdefault(plots.FAST, []).append(Series("Gap to the nearest obstacle [m]", gaps))
     return {question: views[question] for question in plots.QUESTIONS if question in views}
 
 
@@ -224,7 +226,7 @@ def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
     contents: list[str] = []
     for run, plot in same:
         contents += [run.at("signals", *signal.parts) for signal in plot.signals]
-        contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits]
+        contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits if limit.is_near]
     limits = [limit for _, plot in same for limit in plot.limits]
     names = list(
         dict.fromkeys(name for run, plot in same for signal in plot.signals for name in run.series_names[signal.path])

@@ -149,7 +149,7 @@ class FileColumns(Mapping[str, Any]):
 
 def _write_whole(tables: Iterable[pa.Table], schema: pa.Schema, path: Path) -> None:
     most = max(1, min(_GROUP[0], _GROUP[1] // _row_size(schema)))
-    with unfinished(path) as file, pq.ParquetWriter(file, schema) as writer:
+    with unfinished(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
         for group in _groups((_conforming(table, schema) for table in tables), most):
             writer.write_table(group, row_group_size=most)
 

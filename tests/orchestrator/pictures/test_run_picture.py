@@ -12,10 +12,12 @@ from components.interfaces.items import Enumeration
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
-from orchestrator.pictures import palette, screen, shapes
+from orchestrator import Options, metrics, shown, simulate
+from orchestrator.pictures import drawing, palette, screen, shapes
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 from orchestrator.recording.blueprint import blueprint
 from orchestrator.recording.stream import ShapeBatch, write
+from orchestrator.scenario.prepare import prepare
 from orchestrator.system.system import System
 
 
@@ -135,3 +137,17 @@ def test_in_a_comparison_every_series_has_the_runs_colour_and_name(system):
     assert series["/signals/second/unit/heater/T"].names == ["second"]
     assert series["/signals/second/unit/box/torques"].names[0] == "second torques[1,1] [N.m]"
     assert {colour for style in series.values() for colour in style.colours} == {palette.RUNS[1]}
+
+
+def test_the_gap_to_the_nearest_obstacle_is_that_of_the_metrics_where_somebody_is_near():
+    made = prepare("static", Options(mode="blocks"))
+    frame = simulate(made.system, h=made.h, until=made.until)
+    found = list(RunPicture(made.system, made.scene).shapes(frame, None))
+    gap = _by_entity(found, shapes.SeriesValues)["/derived/gap_obstacle"]
+    least = metrics.compute(frame, shown(made.system), made.scene)["gap_obstacle"]
+    assert np.nanmin(gap.values) == pytest.approx(least, rel=1e-12)
+    holes = np.isnan(gap.values)
+    assert holes[0]
+    assert not holes[1:].all()
+    assert frame["plant.state.x"][gap.rows][~holes].min() > 49.5 - drawing.NEAR - 1
+    assert len(holes) < len(frame)

@@ -31,11 +31,13 @@ def test_a_run_is_answered_question_by_question():
         "Friction circles, limit = 1",
         "Steering delta_f [rad] ±0.7854",
         "Torque T_r [N.m] -160 to 200",
+        "Place across the road y [m]",
         "Yaw rate r [rad/s]",
         "a_x blue, a_y orange [m/s2]: acceleration",
         "mu_f violet, mu_r cyan ≤ 1: friction share",
         "Path error [m], left positive",
         "Speed v_x [m/s], v_ref 10",
+        "Gap to the nearest obstacle [m]",
         f"Wall time per step [{MICROSECONDS}]",
         "Modes and solver status",
         "Events",
@@ -106,6 +108,7 @@ def test_what_is_not_recorded_has_no_view():
         "Bird's eye view: x to the right, y up",
         "Following view",
         "Friction circles, limit = 1",
+        "Place across the road y [m]",
         "Yaw rate r [rad/s]",
         "a_x blue, a_y orange [m/s2]: acceleration",
         "mu_f violet, mu_r cyan ≤ 1: friction share",
@@ -114,9 +117,10 @@ def test_what_is_not_recorded_has_no_view():
         "Events",
     ]
     assert [column.title for head in run.parts[1].parts for column in head.parts] == [
+        "What did it do?",
         "What did it feel?",
         "How hard was it?",
-        "How fast was it?",
+        "How fast, how near?",
         "When was what?",
     ]
     assert all(title.startswith("plant.") for title in _titles(everything))

@@ -118,6 +118,7 @@ def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path)
     seen = {
         "Bird's eye view: x to the right, y up",
         "Following view",
+        "Place across the road y [m]",
         "Yaw rate r [rad/s]",
         "Speed v_x [m/s], v_ref 10",
         "Events",

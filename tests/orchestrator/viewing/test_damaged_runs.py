@@ -5,6 +5,7 @@ Shows `sound_rows.py`, `kept_summary.py`, `kept_series.py` and `series_process.p
 
 from __future__ import annotations
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -21,7 +22,7 @@ def test_series_are_the_same_from_the_other_process(run):
     assert found.keys() == expected.keys()
     for entity, (ticks, values) in expected.items():
         assert found[entity][0].tolist() == ticks.tolist()
-        assert found[entity][1].tolist() == values.tolist()
+        np.testing.assert_array_equal(found[entity][1], values)
 
 
 def test_a_recording_whose_end_is_damaged(run, tmp_path):
