@@ -96,10 +96,10 @@ class Guidance(PathPlanning):
     def progress(self, v: float, v_d: float, t: float) -> float:
         """How far along the path [m] the desired point is after `t` [s] at speed `v` now, `v_d` desired [m/s].
 
-        It slows down no faster than with `a_follow`, as the vehicle can: a point that suddenly is much nearer than the
-        vehicle can be would be reached by leaving the path.
+        It slows down no faster than with `a_follow` in steps of `dt`, as the predicted vehicle can: a point that
+        suddenly is much nearer than the vehicle can be would be reached by leaving the path.
         """
-        return fmax(v_d * t, v * t - self.a_follow * t * t / 2)
+        return fmax(v_d * t, v * t - self.a_follow * t * (t + self.dt) / 2)
 
     def beside(self, obstacles: ObstacleList, y_d: float) -> ObstacleList:  # noqa: ARG002 - a subclass may need it
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""

@@ -53,7 +53,7 @@ def test_a_planned_path_goes_out_and_back_where_the_manoeuvre_says(guidance, see
     assert path.x[14] == pytest.approx(manoeuvre.x_8 + guidance.shape().length + guidance.l_end, rel=1e-12)
 
 
-@given(x=st.floats(0, 120), y=st.floats(-1, 4), v_x=st.floats(2, 20))
+@given(x=st.floats(0, 120), y=st.floats(-1, 4), v_x=st.floats(2, 10))
 def test_the_desired_points_are_equal_distances_apart_along_the_path_from_the_ego_on(guidance, seen, x, y, v_x):
     u = seen(x=x, y=y, v_x=v_x)
     found = guidance.reference(guidance.manoeuvre(no_manoeuvre(), seen()), u)
@@ -80,3 +80,11 @@ def test_an_obstacle_beside_the_path_narrows_the_corridor(guidance, seen):
     assert found.y_lower.max() == pytest.approx(0.9 + 0.35)
     assert found.y_upper.tolist() == [guidance.y_left] * 3
     assert math.isclose(found.y_d.max(), 3.5, rel_tol=1e-9)
+
+
+@given(v=st.floats(0, 30), v_d=st.floats(0, 30), t=st.floats(0.01, 2))
+def test_the_desired_point_slows_down_no_faster_than_the_vehicle_can(guidance, v, v_d, t):
+    braking = v * t - guidance.a_follow * t * (t + guidance.dt) / 2
+    assert guidance.progress(v, v_d, t) == pytest.approx(max(v_d * t, braking), rel=1e-12)
+    lower = guidance.progress(v, 0.0, t)  # however low the speed behind somebody is all of a sudden
+    assert guidance.progress(v, v, t) - lower <= guidance.a_follow * t * (t + guidance.dt) / 2 * (1 + 1e-9) + 1e-9
