@@ -388,9 +388,9 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
     ended = {}
     step = run._step
 
-    def timed(simulation, pacer):
+    def timed(simulation, *how):
         ended[simulation] = None
-        found = step(simulation, pacer)
+        found = step(simulation, *how)
         ended[simulation] = time.monotonic()
         return found
 
