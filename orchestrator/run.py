@@ -28,11 +28,12 @@ from orchestrator.results.provenance import facts
 from orchestrator.results.ranges import range_remarks
 from orchestrator.results.row_files import RowFiles
 from orchestrator.results.run_folder import FIGURES, RECORDING, new_folder
+from orchestrator.results.task import start_remarks
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.paces import paces, without_gaps
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.system.experiment import EVERYTHING, Scenario
-from orchestrator.system.shown import shown, signal_path
+from orchestrator.system.shown import shown, signal_path, unit_that_shows
 from orchestrator.viewing.live import LiveStream
 
 _Ending: TypeAlias = SimulationError | KeyboardInterrupt | None
@@ -171,6 +172,9 @@ class _Run:
             content["figures"] = f"not drawn: {failed}"
         progress.now("writing the recording")
         notes = [*self._recorded(), *growth_remarks(self._columns, self._scenario.system.units)]
+        plant = unit_that_shows(shown(self._scenario.system), VehicleState)
+        kind = "" if plant is None else self._scenario.system.units[plant].describe().kind
+        notes += start_remarks(content["metrics"], plant, kind)
         notes += range_remarks(content.get("out_of_range", {}))
         if "departure" in content:
             ends = "; the run ends there" if self._scenario.end_off_road else "; figures and metrics end there"

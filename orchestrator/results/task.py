@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from components import BLOCKS
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
 from orchestrator.results.metrics import Frame, columns
 from orchestrator.system.scene import Scene
@@ -14,6 +15,8 @@ from orchestrator.system.shown import BusPaths, signal_path
 
 IN_LANE: Final = 0.5
 """[m] The largest distance from the centre of the own lane at which a vehicle is back in it."""
+_AS_ASKED: Final = (0.8, 1.25)
+"""Shares of the speed that was asked for at which a start is told no word of."""
 AT_SPEED: Final = 0.9
 """The least share of the speed that was asked for at which a vehicle is at speed."""
 
@@ -24,7 +27,7 @@ def task(rows: Frame, buses: BusPaths, scene: Scene, v_ref: float | None, until:
     Those who stand or drive in the own lane ahead of the vehicle at the start, and whom it would have reached by the
     end at the speed that was asked for, are to be passed: `obstacles_to_pass` counts them, `obstacles_passed` those of
     them that are behind it at the end. `lane_offset_end` is the distance [m] from the centre of the own lane at the
-    end, `speed_share_end` the share of the speed that was asked for.
+    end, `speed_share_end` the share of the speed that was asked for, `speed_share_start` that at the start.
 
     Args:
         rows: Rows of consecutive ticks.
@@ -40,9 +43,11 @@ def task(rows: Frame, buses: BusPaths, scene: Scene, v_ref: float | None, until:
     finite = np.flatnonzero(np.isfinite(ego[:, :until]).all(axis=0))
     if not len(finite):
         return {}
-    (x_start, _, _), (x_end, y_end, v_end) = ego[:, finite[0]], ego[:, finite[-1]]
+    (x_start, _, v_start), (x_end, y_end, v_end) = ego[:, finite[0]], ego[:, finite[-1]]
     speed = v_ref or float(np.max(ego[2, finite]))
     found = {"lane_offset_end": abs(y_end - scene.y_lane), "speed_share_end": v_end / speed if speed > 0 else 0.0}
+    if v_ref:
+        found["speed_share_start"] = v_start / v_ref
     if signal_path(buses, ObstacleList, f"x[{SLOTS}]") in rows:
         x, y, valid = (columns(rows, signal_path(buses, ObstacleList, name), SLOTS) for name in ("x", "y", "valid"))
         first, last = finite[0], finite[-1]
@@ -61,3 +66,18 @@ def is_done(metrics: Mapping[str, float]) -> dict[str, bool]:
     passed = metrics.get("obstacles_passed", 0) == metrics.get("obstacles_to_pass", 0)
     back = metrics["lane_offset_end"] <= IN_LANE
     return {"task_done": bool(passed and back and metrics["speed_share_end"] >= AT_SPEED)}
+
+
+def start_remarks(metrics: Mapping[str, float], plant: str | None, kind: str) -> list[str]:
+    """A remark where the vehicle of another maker starts at another speed than its controller is asked for.
+
+    Args:
+        metrics: The metrics of the task.
+        plant: The unit that shows the vehicle.
+        kind: What it is; the blocks of the catalogue start as their parameters say, which a person sees.
+    """
+    share = metrics.get("speed_share_start", 1.0)
+    if plant is None or kind in BLOCKS or _AS_ASKED[0] <= share <= _AS_ASKED[1]:
+        return []
+    asked = f"`{plant}` starts at {share:.0%} of the speed that its controller is asked for (`v_ref`)"
+    return [f"{asked}; start values of the scenario's own plant do not count; --set {plant}.NAME=VALUE sets its own"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
-from orchestrator.results.task import is_done, task
+from orchestrator.results.task import is_done, start_remarks, task
 from orchestrator.system.scene import Scene
 
 SCENE = Scene(ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, l_gap=0.3)
@@ -54,7 +54,13 @@ def test_who_is_slower_is_passed_and_the_vehicle_is_back_and_at_speed(frame, don
 def test_the_metrics_of_the_task():
     found = task(rows(v=9.5, y_end=0.2, obstacles=[(50, 0, 0), (96, 0, 0), (30, 0, 9.5)]), BUSES, SCENE, 10.0)
     assert found == pytest.approx(
-        {"lane_offset_end": 0.2, "speed_share_end": 0.95, "obstacles_to_pass": 2, "obstacles_passed": 1}
+        {
+            "lane_offset_end": 0.2,
+            "speed_share_end": 0.95,
+            "speed_share_start": 0.95,
+            "obstacles_to_pass": 2,
+            "obstacles_passed": 1,
+        }
     )
     until = task(rows(y_end=1e300), BUSES, SCENE, None, until=1)
     assert until == {"lane_offset_end": 3.0, "speed_share_end": 1.0, "obstacles_to_pass": 0, "obstacles_passed": 0}
@@ -72,3 +78,20 @@ def test_a_car_that_never_moves_has_not_done_it(macrostep, without_pictures, tmp
     assert code == 0
     assert "task done               no" in out
     assert json.loads((tmp_path / "r" / "summary.json").read_text())["verdicts"]["task_done"] is False
+
+
+@pytest.mark.parametrize(
+    ("share", "plant", "kind", "told"),
+    [
+        (0.0, "plant", "Theirs", True),
+        (1.5, "plant", "Theirs", True),
+        (0.9, "plant", "Theirs", False),
+        (0.0, "plant", "bicycle", False),  # starts as its parameters say
+        (0.0, None, "", False),
+    ],
+)
+def test_a_start_at_another_speed_than_the_controllers_is_told(share, plant, kind, told):
+    remarks = start_remarks({"speed_share_start": share}, plant, kind)
+    assert len(remarks) == told
+    if told:
+        assert remarks[0].startswith(f"`plant` starts at {share:.0%} of the speed that its controller is asked for")
