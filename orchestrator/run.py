@@ -173,8 +173,7 @@ class _Run:
         progress.now("writing the recording")
         notes = [*self._recorded(), *growth_remarks(self._columns, self._scenario.system.units)]
         plant = unit_that_shows(shown(self._scenario.system), VehicleState)
-        kind = "" if plant is None else self._scenario.system.units[plant].describe().kind
-        notes += start_remarks(content["metrics"], plant, kind)
+        notes += start_remarks(content["metrics"], plant, content["units"].get(plant, {}).get("kind", ""))
         notes += range_remarks(content.get("out_of_range", {}))
         if "departure" in content:
             ends = "; the run ends there" if self._scenario.end_off_road else "; figures and metrics end there"

@@ -50,7 +50,8 @@ class IntegratedMpc(Guidance, PredictedVehicle, Sampled[ControllerInputs, MpcSta
     The first decision is applied. Where a solve gives no finite numbers the previous plan is followed one step
     further (`solver.status` = fallback). Decisions are clipped to their bounds in any case.
 
-    The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13).
+    The desired point X_d(k+i) is `v_d i dt` along the path from the projection of the ego on it (RESOLUTIONS 13), or
+    further where the vehicle cannot slow down so fast (`progress`).
     Feedthrough: all inputs to all outputs.
     """
 

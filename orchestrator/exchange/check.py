@@ -82,7 +82,7 @@ def check(
         with reading(str(path), "a file that can be checked"):
             if modelica:
                 lines = modelica_in_words(str(path), socket)
-                return Checked((*lines, *_to_run([f"macrostep build {shlex.quote(str(path))}"])), good=True)
+                return Checked((*lines, *_to_run([_typed("build", path)])), good=True)
             if path.suffix == ".ssp":
                 return _ssp(path)
             mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
@@ -115,7 +115,7 @@ def _ssp(path: Path) -> Checked:
         schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
         return Checked(tuple(lines), good=False, problems=error.problems)
-    return Checked((*lines, *_to_run([f"macrostep run {shlex.quote(str(path))}"])), good=True)
+    return Checked((*lines, *_to_run([_typed("run", path)])), good=True)
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
                 raise
             lines += [f"not written, the mapping: {problem}" for problem in error.problems]
     problems += tuple(fitting.problems)
-    lines += [] if problems else _to_run([f"macrostep run static --{socket_name} {shlex.quote(str(path))}"])
+    lines += [] if problems else _to_run([_typed("run", "static", f"--{socket_name}", path)])
     return Checked(tuple(lines), good=not problems, problems=problems)
 
 
@@ -163,22 +163,23 @@ def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
     lines = ["sockets", *aligned((f"  {name}", fit_in_words(fitting)) for name, fitting in fittings.items())]
     if _share(fittings[best]):
         lines += ["", *_rows(fittings[best])]
-        lines += (
-            [f"For a mapping file: macrostep check {shlex.quote(str(path))} --socket {best}"]
-            if fittings[best].problems
-            else []
-        )
+        if fittings[best].problems:
+            lines.append(f"For a mapping file: {_typed('check', path, '--socket', best)}")
     return lines
 
 
 def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, lenient: bool) -> list[str]:
     """The commands that run an FMU: by itself, and in the sockets that it fits."""
-    stop = " --stop-time 10" if archive.suggested.stop is None else ""
-    leniently = " --lenient" if lenient else ""
+    stop = ["--stop-time", "10"] if archive.suggested.stop is None else []
+    leniently = ["--lenient"] if lenient else []
     fitting = [name for name, found in fittings.items() if not found.problems]
-    file = shlex.quote(str(path))
-    commands = [f"macrostep run {file}{stop}{leniently}", *(f"macrostep run static --{n} {file}" for n in fitting)]
+    commands = [_typed("run", path, *stop, *leniently), *(_typed("run", "static", f"--{n}", path) for n in fitting)]
     return _to_run(commands)
+
+
+def _typed(*words: object) -> str:
+    """A command as a person types it, whatever signs a path has."""
+    return shlex.join(["macrostep", *map(str, words)])
 
 
 def _to_run(commands: Sequence[str]) -> list[str]:

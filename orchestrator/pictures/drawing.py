@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,14 @@ class Boxes:
         return Boxes(self.count[rows], row, *rest)
 
 
+class Nearest(NamedTuple):
+    """The nearest obstacle in each of n rows."""
+
+    gap: Array
+    """[m] The distance between its box and that of the ego vehicle, `(n,)`; infinite where nobody is within `NEAR`."""
+    id: NDArray[np.int64]
+
+
 def obstacles(columns: SignalColumns, buses: BusPaths) -> tuple[Boxes, Array] | None:
     """The obstacles of a run.
 
@@ -86,16 +94,20 @@ def ego_boxes(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Array | 
     return np.column_stack([*pose, np.tile([scene.ego_length, scene.ego_width], (len(columns.time), 1))])
 
 
-def nearest(ego: Array, boxes: Boxes) -> tuple[Array, NDArray[np.int64]]:
-    """The gap to the nearest obstacle in every row.
+def nearest(columns: SignalColumns, buses: BusPaths, scene: Scene, boxes: Boxes) -> Nearest | None:
+    """The nearest obstacle in every row.
 
     Args:
-        ego: The box of the ego vehicle in each row, `(n, 5)`.
+        columns: The rows of a run.
+        buses: The buses of its system.
+        scene: The road, and the size of the ego vehicle.
         boxes: The obstacles in these rows.
 
     Returns:
-        The gap [m], `(n,)`, infinite where no obstacle is within `NEAR`; and whose it is.
+        Its gap and identity; None where the place of the ego vehicle was not recorded.
     """
+    if (ego := ego_boxes(columns, buses, scene)) is None:
+        return None
     own = ego[boxes.row]
     other = np.column_stack([boxes.x, boxes.y, boxes.psi, boxes.length, boxes.width])
     close = np.hypot(boxes.x - own[:, 0], boxes.y - own[:, 1]) < NEAR
@@ -103,7 +115,7 @@ def nearest(ego: Array, boxes: Boxes) -> tuple[Array, NDArray[np.int64]]:
     least, identity = np.full(len(ego), np.inf), np.zeros(len(ego), dtype=np.int64)
     falling = np.argsort(-gap, kind="stable")  # of several boxes in a row, the nearest is written last
     least[row[falling]], identity[row[falling]] = gap[falling], boxes.id[close][falling]
-    return least, identity
+    return Nearest(least, identity)
 
 
 def path_errors(columns: SignalColumns, buses: BusPaths) -> Array | None:

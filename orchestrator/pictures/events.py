@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from components.interfaces.buses import Solver, SolverStatus, VehicleState
 from components.interfaces.maths import Array
-from orchestrator.pictures.drawing import Boxes, ego_boxes, nearest
+from orchestrator.pictures.drawing import Nearest, ego_boxes
 from orchestrator.pictures.plots import Limit
 from orchestrator.pictures.shapes import Memory
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
@@ -105,12 +105,12 @@ class EventLog:
         self._plan_time = -np.inf
         """[s] The time of the last line about a plan."""
 
-    def of(self, columns: SignalColumns, boxes: Boxes | None) -> list[Event]:
+    def of(self, columns: SignalColumns, near: Nearest | None) -> list[Event]:
         """The events of a batch.
 
         Args:
             columns: The rows that follow those of the last call.
-            boxes: The obstacles in these rows; None where they were not recorded.
+            near: The nearest obstacle in these rows; None where it is not known.
 
         Returns:
             The events in the order of their rows.
@@ -120,7 +120,7 @@ class EventLog:
             *self._replanned(columns),
             *self._solver(columns),
             *self._limit(columns),
-            *(self._near(columns, boxes) if boxes is not None else ()),
+            *(self._near(near, self._scene) if near is not None and self._scene is not None else ()),
             *self._edge(columns),
         ]
         return sorted(events, key=lambda event: event.row)
@@ -170,18 +170,15 @@ class EventLog:
             for row in self._memory.begins(f"limit {limit.signal.path} {limit.name}", holds & (limit.value != 0)):
                 yield Event(int(row), _limit_text(limit), "WARN")
 
-    def _near(self, columns: SignalColumns, boxes: Boxes) -> Iterator[Event]:
-        ego = self._ego_boxes(columns)
-        if ego is None or self._scene is None:
-            return
-        gap, identity = nearest(ego, boxes)
-        for row in self._memory.begins("near", (gap > 0) & (gap < self._scene.l_gap)):
+    def _near(self, near: Nearest, scene: Scene) -> Iterator[Event]:
+        gap, identity = near
+        for row in self._memory.begins("near", (gap > 0) & (gap < scene.l_gap)):
             yield Event(int(row), f"near miss: {gap[row]:.2f} m to #{identity[row]}", "WARN")
         for row in self._memory.begins("contact", gap <= 0):
             yield Event(int(row), f"contact with #{identity[row]}", "ERROR")
 
     def _edge(self, columns: SignalColumns) -> Iterator[Event]:
-        ego = self._ego_boxes(columns)
+        ego = None if self._scene is None else ego_boxes(columns, self._buses, self._scene)
         if ego is None or self._scene is None:
             return
         gap = edge_gap(ego, self._scene)
@@ -189,9 +186,6 @@ class EventLog:
             yield Event(int(row), f"off the road by {-gap[row]:.2f} m", "ERROR")
         for row in self._memory.begins("surroundings", ~in_surroundings(ego[:, 0], ego[:, 1], self._scene)):
             yield Event(int(row), f"left the surroundings of the road at y = {ego[row, 1]:.3g} m", "ERROR")
-
-    def _ego_boxes(self, columns: SignalColumns) -> Array | None:
-        return None if self._scene is None else ego_boxes(columns, self._buses, self._scene)
 
 
 def _limit_text(limit: Limit) -> str:

@@ -34,12 +34,12 @@ _ANSWERS: Final = (
 """A question, the name of a quantity that answers it, and the bus and its signals that show it."""
 
 _ACTUATION_LIMITS: Final = (
-    ("delta_f", "delta_max", 1),
-    ("delta_f", "delta_max", -1),
-    ("T_r", "T_dmax", 1),
-    ("T_r", "T_bmax", -1),
+    ("delta_f", "delta_max", 1, False),
+    ("delta_f", "delta_max", -1, False),
+    ("T_r", "T_dmax", 1, True),
+    ("T_r", "T_bmax", -1, True),
 )
-"""A signal of `actuation`, the controller's parameter that limits it, and the side of the limit."""
+"""A signal of `actuation`, the controller's parameter that limits it, the side of the limit, and whether it is near."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,9 @@ def limits(system: System, signals: Sequence[Signal]) -> list[Limit]:
             f"{'-' * (side < 0)}{name}",
             _unit(Actuation, signal.name),
             side * float(given[name]),
-            is_near=actuated != "delta_f",
+            is_near=is_near,
         )
-        for actuated, name, side in _ACTUATION_LIMITS
+        for actuated, name, side, is_near in _ACTUATION_LIMITS
         if name in given and (signal := known.get(signal_path(buses, Actuation, actuated)))
     ]
     limiting += [

@@ -161,18 +161,18 @@ class RunPicture:
             yield SeriesValues(entity=self.at("derived", "path_error"), values=error)
         yield from friction.shapes(columns, self.buses, self._largest_forces, self.run)
         boxes = drawing.obstacles(columns, self.buses)
-        if self.has_gap and boxes is not None:
-            yield from self._gap(columns, boxes[0])
+        near = None
+        if self.scene is not None and boxes is not None:
+            near = drawing.nearest(columns, self.buses, self.scene, boxes[0])
+        if near is not None:
+            yield from self._gap(near.gap)
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
-        yield from self._phases_and_events(columns, None if boxes is None else boxes[0])
+        yield from self._phases_and_events(columns, near)
 
-    def _gap(self, columns: SignalColumns, boxes: drawing.Boxes) -> Iterator[Shape]:
+    def _gap(self, gap: NDArray[np.float64]) -> Iterator[Shape]:
         """The gap to the nearest obstacle; while nobody is near there is a hole in the line."""
-        ego = None if self.scene is None else drawing.ego_boxes(columns, self.buses, self.scene)
-        if ego is None:
-            return
-        at, (gap, _) = self.at("derived", "gap_obstacle"), drawing.nearest(ego, boxes)
+        at = self.at("derived", "gap_obstacle")
         far = np.isinf(gap)
         rows = ~far | self._memory.news(at, far[:, None])
         if rows.any():
@@ -235,13 +235,13 @@ class RunPicture:
             at = self.at(*plots.limit_parts(limit))
             yield SeriesValues(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
-    def _phases_and_events(self, columns: SignalColumns, boxes: drawing.Boxes | None) -> Iterator[Shape]:
+    def _phases_and_events(self, columns: SignalColumns, near: drawing.Nearest | None) -> Iterator[Shape]:
         phase = events.phases(columns, self.buses)
         if phase is not None:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
-        if lines := self._log.of(columns, boxes):
+        if lines := self._log.of(columns, near):
             yield LogLines(
                 entity=self.at("events"),
                 rows=np.array([event.row for event in lines]),

@@ -16,7 +16,7 @@ from orchestrator.system.shown import BusPaths, signal_path
 IN_LANE: Final = 0.5
 """[m] The largest distance from the centre of the own lane at which a vehicle is back in it."""
 _AS_ASKED: Final = (0.8, 1.25)
-"""Shares of the speed that was asked for at which a start is told no word of."""
+"""Shares of the speed that was asked for between which nothing is said of the start."""
 AT_SPEED: Final = 0.9
 """The least share of the speed that was asked for at which a vehicle is at speed."""
 

@@ -33,7 +33,8 @@ def _told(frame, batches=1):
     for rows in np.array_split(np.arange(len(frame)), batches):
         columns = SignalColumns(frame.iloc[rows], SIGNALS)
         boxes, _ = drawing.obstacles(columns, BUSES)
-        found += [(first + event.row, event.level, event.text) for event in log.of(columns, boxes)]
+        near = drawing.nearest(columns, BUSES, STATIC.scene, boxes)
+        found += [(first + event.row, event.level, event.text) for event in log.of(columns, near)]
         first += len(rows)
     return found
 
