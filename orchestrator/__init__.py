@@ -14,15 +14,17 @@ if TYPE_CHECKING:
     from components.interfaces.problem import RequestError
     from components.interfaces.progress import SILENT, Progress
     from fmus.toolchain.compiler import BuildError
+    from orchestrator.execution import Execution, Finished, execute
     from orchestrator.loading import load
     from orchestrator.mapping.mapped import mapped
     from orchestrator.mapping.mapping_reader import read_mapping
+    from orchestrator.own_system import run
     from orchestrator.results import metrics
-    from orchestrator.run import Execution, Finished, execute
     from orchestrator.scenario.options import Options
     from orchestrator.stepping.master import Simulation, SimulationError
     from orchestrator.stepping.whole_run import simulate
     from orchestrator.system.experiment import Algorithm, Scenario
+    from orchestrator.system.scene import Scene
     from orchestrator.system.shown import shown
     from orchestrator.system.source import Fmu, block_source
     from orchestrator.system.system import System
@@ -40,6 +42,7 @@ __all__ = [
     "Progress",
     "RequestError",
     "Scenario",
+    "Scene",
     "Simulation",
     "SimulationError",
     "System",
@@ -49,6 +52,7 @@ __all__ = [
     "mapped",
     "metrics",
     "read_mapping",
+    "run",
     "shown",
     "simulate",
 ]
@@ -64,11 +68,13 @@ __getattr__, __dir__ = facade(
         "orchestrator.mapping.mapped": ("mapped",),
         "orchestrator.mapping.mapping_reader": ("read_mapping",),
         "orchestrator.results": ("metrics",),
-        "orchestrator.run": ("Execution", "Finished", "execute"),
+        "orchestrator.execution": ("Execution", "Finished", "execute"),
+        "orchestrator.own_system": ("run",),
         "orchestrator.scenario.options": ("Options",),
         "orchestrator.stepping.master": ("Simulation", "SimulationError"),
         "orchestrator.stepping.whole_run": ("simulate",),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
+        "orchestrator.system.scene": ("Scene",),
         "orchestrator.system.shown": ("shown",),
         "orchestrator.system.source": ("Fmu", "block_source"),
         "orchestrator.system.system": ("System",),

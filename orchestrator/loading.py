@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from components.interfaces.arguments import checked_arguments
 from components.interfaces.problem import refuse
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.results.run_folder import SUMMARY, SYSTEM, is_run
@@ -20,7 +21,8 @@ from orchestrator.system.contents import is_folder
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named, relative_tolerance
 
 
-def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT) -> Scenario:
+@checked_arguments
+def load(request: str | Path, options: Options = UNCHANGED, progress: Progress = SILENT) -> Scenario:
     """Load what is to be run, apply the options, and check everything that can be checked before the first step.
 
     Blocks run as FMUs unless the options say otherwise; the FMUs that are missing or out of date are built.
@@ -38,28 +40,28 @@ def load(request: str, options: Options = UNCHANGED, progress: Progress = SILENT
         RequestError: Something is wrong with the request, with all problems that were found.
         BuildError: The C compiler failed.
     """
-    path = Path(request)
+    request, path = str(request), Path(request)
     if is_folder(path):
         if not is_run(path):
             raise refuse(request, "a folder without system.ssp", "a scenario, an .ssp file or a run folder")
         path = path / SYSTEM
     if path.suffix not in {".ssp", ".fmu"}:
-        return _completed(prepare(request, options, progress), options, progress)
+        return completed(prepare(request, options, progress), options, progress)
     if options.replacements or options.mode != UNCHANGED.mode:
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
-        return _completed(with_options(single_fmu(path, settings, options), options), options, progress)
+        return completed(with_options(single_fmu(path, settings, options), options), options, progress)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
     scenario = ssp_reader.read(path, settings, options)
     if path.parent == Path(request) and not (path.parent / SUMMARY).is_file():
         remark = "that run was cut short; this one begins anew"
         scenario = replace(scenario, remarks=(*scenario.remarks, remark))
-    return _completed(with_options(scenario, options), options, progress)
+    return completed(with_options(scenario, options), options, progress)
 
 
-def _completed(scenario: Scenario, options: Options, progress: Progress) -> Scenario:
+def completed(scenario: Scenario, options: Options, progress: Progress) -> Scenario:
     """The scenario with what options ask of any system, whose units show all that is to be recorded, and remarks."""
     system = scenario.system
     if allowed := [*options.allow_nonfinite, *([ALL] if options.lenient else [])]:

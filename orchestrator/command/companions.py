@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from orchestrator.command.supervisor import Lifeline
 
 if TYPE_CHECKING:  # the start of the command does not wait for it
+    from orchestrator.execution import Execution
     from orchestrator.recording.process import RecordingProcess
-    from orchestrator.run import Execution
     from orchestrator.viewing.live import LiveStream
 
 
@@ -24,8 +24,8 @@ class Companions:
 
     def execution(self, live: LiveStream | None, realtime: float | None) -> Execution:
         """How a run is executed beside them."""
+        from orchestrator.execution import Execution  # noqa: PLC0415
         from orchestrator.recording.recording import Afterwards  # noqa: PLC0415 - slow to import
-        from orchestrator.run import Execution  # noqa: PLC0415
 
         recorder, told = self.recorder or Afterwards(), self.lifeline
         return Execution(recorder, live, realtime, begun=told.began, ending=told.ends)

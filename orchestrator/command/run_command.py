@@ -15,7 +15,7 @@ from orchestrator.command.shared_options import WATCHING, ScenarioRequest
 from orchestrator.scenario.options import Options
 
 if TYPE_CHECKING:
-    from orchestrator.run import Finished
+    from orchestrator.execution import Finished
 
 RUN_OPTIONS: Final = (
     "settings",
@@ -77,8 +77,8 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     """
     with ExitStack() as watching:
         with working() as progress:
+            from orchestrator.execution import execute  # noqa: PLC0415
             from orchestrator.loading import load  # noqa: PLC0415
-            from orchestrator.run import execute  # noqa: PLC0415
             from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
             beside: Companions = context.obj

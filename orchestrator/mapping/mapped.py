@@ -9,6 +9,7 @@ from typing import Any, Self, final
 
 from typing_extensions import override
 
+from components.interfaces.arguments import checked_arguments
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
@@ -172,6 +173,7 @@ def fitted(
     return source, fitting.problems, fitting.remarks
 
 
+@checked_arguments
 def mapped(name: str, socket: Socket, fmu: Fmu, mapping: MappingFile | None = None) -> Fmu | Mapped:
     """Make an FMU a unit of a system that is put together in Python.
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, TypeAlias, cast
 
+from components.interfaces.arguments import checked_arguments
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any
 from components.interfaces.socket import Position, Socket
 from components.interfaces.sockets import SOCKETS
@@ -34,7 +35,8 @@ _ABOUT_BUS: Final = ("reference", "velocity")
 _EXAMPLE: Final = 'Write { variable = "...", unit = "..." }.'
 
 
-def read_mapping(path: Path, socket: str | None = None) -> MappingFile:
+@checked_arguments
+def read_mapping(path: Path | str, socket: str | None = None) -> MappingFile:
     """Read a mapping file.
 
     Args:
@@ -44,6 +46,7 @@ def read_mapping(path: Path, socket: str | None = None) -> MappingFile:
     Raises:
         RequestError: The file has problems; the error has all of them.
     """
+    path = Path(path)
     return parse_mapping(read_toml(path), str(path), socket, path.parent)
 
 

@@ -17,7 +17,7 @@ from components import BLOCKS
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.sockets import CONTROLLER, PLANT
 from fmus.toolchain.version import Version
-from orchestrator import run as runner
+from orchestrator import execution as runner
 from orchestrator.recording.recording import Afterwards
 from orchestrator.reproduction.paper.experiments import Experiments, RunPlan, RunRole
 from orchestrator.results.run_folder import SIGNALS, SUMMARY

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.arguments import checked_arguments
 from components.interfaces.buses import (
     SLOTS,
     WAYPOINTS,
@@ -39,6 +40,7 @@ _BOX: Final = ("x", "y", "psi", "length", "width")
 """The signals of `obstacles` that give a box."""
 
 
+@checked_arguments
 def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     """All metrics that the columns of a run allow.
 
@@ -47,9 +49,8 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     (negative outside; `-BESIDE_ROAD` where it was further outside when nobody looked at it any more).
 
     Args:
-        frame: Rows of consecutive ticks. Rows in which the state of the ego vehicle is not finite (the last one of a
-            run that broke) do not count, nor do those from where the vehicle has left the surroundings of the road; and
-            none does for a metric of another bus in which that bus is not.
+        frame: Rows of consecutive ticks. Those in which the ego vehicle's state is not finite do not count, nor those
+            from where it has left the road's surroundings; and none for a metric of another bus in which that is not.
         buses: The path of each output bus that the metrics are made from, as `shown` gives it for a system.
         scene: The road, and the size of the ego vehicle.
 
@@ -58,7 +59,6 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     """
     metrics: dict[str, float] = {}
     left = departure_of(frame, buses, scene)
-    rows_until = None if left is None else left.row
     for family, records in (
         (_motion, ()),
         (_acceleration, (Motion,)),
@@ -70,7 +70,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         (_corridor, (Plan,)),
         (_solver, (Solver,)),
     ):
-        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses], rows_until)
+        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses], left and left.row)
         if len(rows["time"]):
             metrics |= family(rows, buses)
     if left is not None and not scene.y_right - BESIDE_ROAD <= left.y <= scene.y_left + BESIDE_ROAD:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final, Literal
 
+from components.interfaces.arguments import check_fields
+from components.interfaces.problem import refuse
 from fmus.toolchain.version import Version
 
 Mode = Literal["blocks"] | Version
@@ -17,7 +20,7 @@ class Options:
     """The changes that a person makes to a scenario for one run."""
 
     mode: Mode = Version.FMI3
-    replacements: Mapping[str, str] = field(default_factory=dict[str, str])
+    replacements: Mapping[str, str | Path] = field(default_factory=dict[str, str | Path])
     """Another unit by socket: the name of a block, or a file (`.fmu`, the `.toml` that maps one, or `.mo`)."""
     settings: Sequence[str] = ()
     """Parameter values, such as `controller.b_3=1e-2`, or `@FILE` with one of them on each line."""
@@ -43,7 +46,7 @@ class Options:
     """Whether files may be used although they break rules of FMI or SSP."""
     allow_nonfinite: Sequence[str] = ()
     """Patterns of signals that may be infinite or not a number although a unit reads them; all may with `lenient`."""
-    input: str | None = None
+    input: str | Path | None = None
     """A file with the values of inputs over time (`.csv` or `.parquet`); that of the scenario if not given."""
     input_hold: bool = False
     """Whether values of that file hold until the next row; else floating-point numbers are interpolated linearly."""
@@ -51,6 +54,11 @@ class Options:
     """Units that run in processes of their own, such as `plant:5`, where a call may take 5 s."""
     in_process: bool | Sequence[str] = False
     """FMUs of other makers that run in this process, by unit; or whether all do that `isolate` does not name."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.mode == Version.FMI1:
+            raise refuse("Options: mode", "Version.FMI1, which is read only", "`blocks`, Version.FMI2 or Version.FMI3")
 
 
 UNCHANGED: Final = Options()

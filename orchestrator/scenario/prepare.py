@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from components.interfaces.block import Block
-from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
@@ -110,13 +110,17 @@ def _fillings(
     mappings: dict[str, MappingFile | None] = {}
     remarks: list[str] = []
     chosen = {socket: located(filling, request) for socket, filling in content.units.items()}
+    raise_if_any(
+        Problem("replacements", f"the unknown socket `{unknown}`", choices(SOCKETS), did_you_mean(unknown, SOCKETS))
+        for unknown in options.replacements.keys() - SOCKETS.keys()
+    )
     for socket in SOCKETS:
         filling, replacement = chosen.get(socket), options.replacements.get(socket)
         if filling is None and replacement is None:
             continue
         filling = filling or SocketFilling()
         if replacement is not None:
-            replacement = _as_fmu(replacement, socket, options.mode, progress)
+            replacement = _as_fmu(str(replacement), socket, options.mode, progress)
         elif filling.fmu is not None:
             filling = filling.model_copy(update={"fmu": _as_fmu(filling.fmu, socket, options.mode, progress)})
         filling = _replaced(socket, filling, replacement, remarks, lenient=options.lenient)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -16,38 +15,32 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from components.interfaces.arguments import checked_arguments
 from fmus.units.unit import EndRequested, ExperimentSetup, Unit, UnitError, is_failure
+from orchestrator.stepping.lifetime import Lifetime
 from orchestrator.stepping.lowering import Call, CompiledSchedule
 from orchestrator.stepping.observation import observed
 from orchestrator.stepping.rows import RowLog
-from orchestrator.stepping.running_units import RunningUnits, failure_reason
+from orchestrator.stepping.running_units import RunningUnits, end_remark, failure_reason
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.simulation_error import SimulationError
 from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
-from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, TimeGrid, algorithm_named
+from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, Tick, TimeGrid, algorithm_named
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
     import pandas as pd
 
 
-@dataclass(frozen=True)
-class Tick:
-    """One communication point."""
-
-    tick: int
-    time: float
-    """[s] `start + tick * h`."""
-
-
 class Simulation:
-    """One run of a system, stepped by hand or by iteration; use it in a `with` statement, which opens the units.
+    """One run of a system, stepped by hand or by iteration.
 
-    Each `step` completes the next instant t_k: afterwards `read` sees every output at t_k, as in the row that has
-    been kept. A `write` acts on what follows, until it is released.
+    A `with` statement opens the units and closes them. Without one, as in a notebook, the first step, `read` or `write`
+    opens them; they are closed at the stop time, by `close`, or with the simulation itself. Each `step` completes the
+    next instant t_k: afterwards `read` sees every output at t_k, as in the row. A `write` acts until it is released.
 
     Args:
         system: The system.
@@ -61,9 +54,10 @@ class Simulation:
 
     Raises:
         RequestError: The system cannot be run like this: an algebraic loop, an unknown algorithm, a wrong time.
-        SimulationError: On entering the `with` statement, a unit cannot be initialised.
+        SimulationError: When the units are opened, one of them cannot be initialised.
     """
 
+    @checked_arguments
     def __init__(  # noqa: PLR0913 - what makes an experiment
         self,
         system: System,
@@ -78,8 +72,7 @@ class Simulation:
     ) -> None:
         self.system = system = observed(system, record)
         grid = TimeGrid(h, until, start)
-        self.h, self.start = h, start
-        self.last_tick = grid.last_tick
+        self.h, self.start, self.last_tick = h, start, grid.last_tick
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
         self.tick = -1
@@ -94,13 +87,20 @@ class Simulation:
         self._writer = Writer(system, self._table, self._units)
         self.ended: EndRequested | None = None
         """What ended the run before its stop time without a fault: a unit that asked for it."""
+        self._lifetime = Lifetime(self, self._running.close)
 
     def __enter__(self) -> Self:
-        try:
-            self._start()
-        except BaseException:
-            self.close()
-            raise
+        self._lifetime.ends_itself = False
+        return self.open()
+
+    def open(self) -> Self:
+        """Open and initialise all units, unless they are open.
+
+        Raises:
+            RequestError: The simulation has been closed.
+            SimulationError: A unit cannot be initialised.
+        """
+        self._lifetime.open(self._start, lambda: self.time)
         return self
 
     def __exit__(
@@ -166,6 +166,8 @@ class Simulation:
         """
         if self.is_over:
             raise StopIteration
+        if not self._lifetime.is_open:
+            self.open()
         began = time.perf_counter()
         try:
             if self.tick >= 0:
@@ -184,6 +186,8 @@ class Simulation:
             raise SimulationError(self.tick, self.time, *self.log.finiteness.fault())
         if self.log.halted:
             raise SimulationError(self.tick, self.time, "", self.log.halted)
+        if self._lifetime.ends_itself and self.is_over:
+            self.close()
         return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
@@ -207,12 +211,10 @@ class Simulation:
     @property
     def remarks(self) -> list[str]:
         """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
-        remarks = [*self._running.remarks, *self.log.finiteness.remarks()]
-        if self.ended is None:
-            return remarks
-        shown = f", at {self.time:g} s, has its values of then" if self.ended.time < self.time else " has its values"
-        return [f"{self.ended}: the run ends there, and its last row{shown}", *remarks]
+        ends = [] if self.ended is None else [end_remark(self.ended, self.time)]
+        return [*ends, *self._running.remarks, *self.log.finiteness.remarks()]
 
+    @checked_arguments
     def read(self, path: str) -> Any:
         """Read the present value of an output.
 
@@ -225,8 +227,12 @@ class Simulation:
         Raises:
             RequestError: There is no such output.
         """
-        return self._table.read(known_path(self.system, path, "recorded"))
+        path = known_path(self.system, path, "recorded")
+        if self._lifetime.is_new:
+            self.open()
+        return self._table.read(path)
 
+    @checked_arguments
     def write(self, path: str, value: Any) -> None:
         """Hold an input at a value from now on, in place of its connection, or change a tunable parameter.
 
@@ -240,6 +246,7 @@ class Simulation:
         """
         self._change(path, value, partial(self._writer.write, path, value))
 
+    @checked_arguments
     def release(self, path: str) -> None:
         """Give a written input back to its connection, or a parameter the value that it had at the start.
 
@@ -253,6 +260,7 @@ class Simulation:
         self._change(path, None, partial(self._writer.release, path))
 
     def _change(self, path: str, value: Any, change: Callable[[], None]) -> None:
+        self.open()
         try:
             change()
         except UnitError as fault:
@@ -288,5 +296,5 @@ class Simulation:
         return {"time": self.log.times[ticks], **kept, **tabled, **self._written.received(kept, ticks, tabled)}
 
     def close(self) -> None:
-        """End the simulation of all units that have not failed, and release all; rows stay."""
-        self._running.close()
+        """End the simulation of all units that have not failed, and release all; rows and values stay."""
+        self._lifetime.close()

@@ -97,6 +97,12 @@ class RunningUnits:
             unit.close()
 
 
+def end_remark(ended: EndRequested, time: float) -> str:
+    """What a person should know of the end that a unit asked for, in a run whose last row is at `time` [s]."""
+    shown = f", at {time:g} s, has its values of then" if ended.time < time else " has its values"
+    return f"{ended}: the run ends there, and its last row{shown}"
+
+
 def failure_reason(unit: Unit, status: int, function: object = None) -> str:
     """What a unit did that returned the FMI status of a failure, and what it said about it."""
     words = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from components.interfaces.arguments import checked_arguments
 from orchestrator.stepping.master import Simulation
 from orchestrator.system.experiment import Algorithm
 from orchestrator.system.system import System
@@ -12,6 +13,7 @@ if TYPE_CHECKING:  # slow to import
     import pandas as pd
 
 
+@checked_arguments
 def simulate(  # noqa: PLR0913 - what makes an experiment
     system: System,
     *,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Final, TypeAlias
+from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,15 @@ def relative_tolerance(value: float) -> float:
 
 _ROUNDING: Final = 1e-9
 """By how many ticks a time may miss its tick, relative to the number of ticks."""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One communication point."""
+
+    tick: int
+    time: float
+    """[s] `start + tick * h`."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +140,8 @@ EVERYTHING: Final[Choice] = {"*": 1}
 class Scenario:
     """A system with an experiment, ready to run."""
 
+    MADE_BY: ClassVar = 'Write load("static").'
+    """What to do where something else is given."""
     name: str
     title: str
     system: System

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from components.interfaces.arguments import checked_arguments
 from orchestrator.system.system import System
 
 BusPaths: TypeAlias = Mapping[type, str]
 """The full path of an output bus, such as `plant.state`, by record type; a type that no unit shows has no entry."""
 
 
+@checked_arguments
 def shown(system: System) -> BusPaths:
     """The output buses of a system, as its sockets describe them.
 

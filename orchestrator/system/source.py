@@ -11,6 +11,7 @@ from typing import Any, Final, Self, final
 
 from typing_extensions import override
 
+from components.interfaces.arguments import check_fields, checked_arguments
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.progress import Progress
@@ -96,6 +97,11 @@ class Fmu(UnitSource):
     known: Archive | None = field(default=None, repr=False, compare=False)
     interface_type: InterfaceType | None = None
     where: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.path, str):
+            object.__setattr__(self, "path", Path(self.path))
+        check_fields(self)
 
     @cached_property
     def archive(self) -> Archive:
@@ -222,6 +228,7 @@ class Fmu(UnitSource):
         return self.archive.references
 
 
+@checked_arguments
 def block_source(value: Block[Any, Any, Any]) -> InProcess:
     """Make the source of a unit from a block with its parameter values.
 

@@ -7,8 +7,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
+from components.interfaces.arguments import check_fields
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, type_fits, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from components.interfaces.quantity import Quantity, Type
@@ -52,6 +53,8 @@ class System:
         RequestError: The system is not valid; the error lists all problems.
     """
 
+    MADE_BY: ClassVar = 'Write load("static").system, or System(units, wiring).'
+    """What to do where something else is given."""
     units: Mapping[str, UnitSource]
     wiring: Mapping[str, str]
     held: Mapping[str, Any] = field(default_factory=dict[str, Any])
@@ -64,6 +67,7 @@ class System:
     allow_nonfinite: Collection[str] = ()
 
     def __post_init__(self) -> None:
+        check_fields(self)
         raise_if_any(_problems(self, self._expanded))
 
     @cached_property
@@ -176,6 +180,8 @@ def _problems(system: System, wiring: Iterable[Connection | Problem]) -> Iterato
     yield from held_problems(system.units, driven, system.held, system.unset)
     for path in system.transformations.keys() - driven.keys():
         yield Problem(path, "a transformation without a connection", choices(driven), did_you_mean(path, driven))
+    for path in set(system.unconverted) - driven.keys():
+        yield Problem(path, "unconverted, but without a connection", choices(driven), did_you_mean(path, driven))
     yield from step_problems(system.units, system.steps)
     yield from pattern_problems(system.units, system.allow_nonfinite)
 

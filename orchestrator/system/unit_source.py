@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from components.interfaces.problem import Problem
 from components.interfaces.progress import Progress
@@ -22,6 +22,8 @@ class UnitSource(ABC):
     and `orchestrator.mapping.mapped.Mapped` (an FMU behind the interface of a socket).
     """
 
+    MADE_BY: ClassVar = "Make one of a file with Fmu(path), of a block with block_source(block)."
+    """What to do where something else is given."""
     parameters: Mapping[str, Any]
     """Values by name; parameters with a start value in the interface need an entry only where theirs differs."""
 

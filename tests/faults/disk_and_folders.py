@@ -229,7 +229,7 @@ from pathlib import Path
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
+from orchestrator.execution import Execution, execute
 from orchestrator.scenario.options import Options
 
 made = load("static", Options(mode="blocks"))

@@ -19,7 +19,7 @@ import pandas as pd
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from orchestrator import Options, load
-from orchestrator.run import Execution, execute
+from orchestrator.execution import Execution, execute
 from orchestrator.stepping.master import SimulationError
 
 PATIENCE: Final = 1.0

@@ -90,7 +90,7 @@ from pathlib import Path
 from components.interfaces.progress import SILENT
 from fmus.toolchain.scratch import scratch_root
 from orchestrator import Options, Simulation, load
-from orchestrator.run import Execution, execute
+from orchestrator.execution import Execution, execute
 
 scratch_root()  # it opens a file that stays open
 

@@ -14,8 +14,8 @@ import pandas as pd
 
 from components.interfaces.progress import SILENT
 from fmus.toolchain.version import Version
+from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.scenario_file import SCENARIOS
 from tests.fmus.foreign import description1, description3, entries, kept_folder, library, pack, scalar1

@@ -10,8 +10,8 @@ import pytest
 
 from components.interfaces.progress import SILENT
 from fmus.toolchain.scratch import scratch_root
+from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.ssp.archive import Findings, open_package, removed_packages
 from tests.orchestrator.ssps import body, component, connectors, echo, write

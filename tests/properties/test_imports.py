@@ -55,7 +55,7 @@ def test_fmus_build_on_the_interfaces_only_and_not_on_the_catalogue():
 
 def test_the_orchestrator_takes_from_components_the_catalogue_and_the_interfaces_only():
     for name, taken in users("components", "orchestrator/").items():
-        catalogue = {"components.BLOCKS", "components.EXTRAS"}
+        catalogue = {f"components.{name}" for name in ("BLOCKS", "EXTRAS", "add_block", "remove_block")}
         assert all(m.startswith("components.interfaces.") or m in catalogue for m in taken), (name, taken)
 
 

@@ -17,7 +17,7 @@ DYING = """
 import os, sys
 from pathlib import Path
 from components.interfaces.progress import SILENT
-from orchestrator import run
+from orchestrator import execution
 from orchestrator.results import row_files
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -31,13 +31,13 @@ def die():
     os._exit(9)
 
 if at == "stepping":
-    run._step = lambda simulation, *_: ([simulation.step() for _ in range(12)], die())
+    execution._step = lambda simulation, *_: ([simulation.step() for _ in range(12)], die())
 elif at == "closing":
-    run.Simulation.close = lambda _: die()
+    execution.Simulation.close = lambda _: die()
 else:
-    run.LiveFolder.conclude = lambda *_: die()
+    execution.LiveFolder.conclude = lambda *_: die()
 made = prepare("static", Options(mode="blocks", stop_time=2.0))
-run.execute(made, out, SILENT, run.Execution(figures=False))
+execution.execute(made, out, SILENT, execution.Execution(figures=False))
 """
 
 

@@ -9,8 +9,8 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from fmus.toolchain.version import Version
+from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import Simulation
 from tests.fmus.foreign import description3, pack

@@ -17,8 +17,8 @@ from components.interfaces.progress import SILENT
 from components.interfaces.sockets import PLANT, PlantInputs
 from components.vehicle.single_track import SingleTrackOutputs
 from fmus.toolchain.version import Version
+from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
 from orchestrator.scenario import catalogue
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import Simulation, SimulationError

@@ -1,10 +1,12 @@
-"""Stepping by hand, rows, faults (`simulation_error.py`); `running_units.py`, and `whole_run.py`."""
+"""Stepping by hand, rows, faults (`simulation_error.py`); `running_units.py`, `lifetime.py` and `whole_run.py`."""
 
 from __future__ import annotations
 
+import gc
 from typing import final
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from components.interfaces.block import Block, block
@@ -13,6 +15,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine
 from components.interfaces.sockets import PLANT, PlantInputs, PlantOutputs, standard_wiring
+from fmus.units.block_unit import BlockUnit
 from fmus.units.unit import UnitError
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
@@ -45,6 +48,15 @@ class Breaking(Block[PlantInputs, VehicleState, PlantOutputs]):
     def step(self, x, u, h):
         grown = combine(lambda value: value * self.growth, x)
         return VehicleState(x=grown.x, y=x.y, psi=x.psi, v_x=x.v_x, v_y=x.v_y, r=x.r)
+
+
+@pytest.fixture
+def closings(monkeypatch):
+    """The names of the units that have been closed, in order."""
+    closed: list[str] = []
+    close = BlockUnit.close
+    monkeypatch.setattr(BlockUnit, "close", lambda unit: (closed.append(unit.name), close(unit)))
+    return closed
 
 
 def with_plant(static, plant):
@@ -118,6 +130,46 @@ def test_a_row_holds_the_state_at_an_instant_and_the_actuation_computed_from_it(
     s = frame.filter(like="plant.state.").rename(columns=lambda c: c.removeprefix("plant.state."))
     alpha_f = (s.v_y + 1.2 * s.r) / s.v_x - frame["controller.actuation.delta_f"]  # (3)
     np.testing.assert_allclose(frame["plant.tyre.alpha_f"], alpha_f, rtol=0, atol=1e-14)
+
+
+def test_without_a_with_statement_the_first_step_opens_and_the_stop_time_closes(static, closings):
+    simulation = Simulation(static.system, h=0.1, until=0.3)
+    assert closings == []
+    x = [simulation.step() and simulation.read("plant.state.x") for _ in range(4)]  # as in the cells of a notebook
+    assert closings == ["plant", "traffic", "controller"]
+    assert simulation.read("plant.state.x") == x[-1]
+    with Simulation(static.system, h=0.1, until=0.3) as same:
+        same.run()
+    pd.testing.assert_frame_equal(simulation.frame(), same.frame(), check_exact=True)
+    with pytest.raises(StopIteration):
+        simulation.step()
+    found = r"simulation: found closed at 0.3 s; its rows stay; valid: one that is open. Make another Simulation"
+    with pytest.raises(RequestError, match=found):
+        simulation.write("plant.actuation.delta_f", 0.1)
+    with pytest.raises(RequestError, match=found):
+        simulation.__enter__()
+
+
+def test_a_value_can_be_read_and_written_before_the_first_step(static, closings):
+    simulation = Simulation(static.system, h=0.1, until=0.3)
+    assert simulation.read("plant.state.v_x") == 10.0
+    simulation.write("plant.actuation.delta_f", 0.1)
+    simulation.step()
+    assert simulation.frame()["plant.actuation.delta_f"].tolist() == [0.1]
+    simulation.close()
+    simulation.close()
+    assert closings == ["plant", "traffic", "controller"]
+    with pytest.raises(RequestError, match="simulation: found closed at 0 s"):
+        simulation.step()
+
+
+def test_a_simulation_that_is_forgotten_closes_its_units(static, closings):
+    simulation = Simulation(static.system, h=0.1, until=0.3)
+    simulation.step()
+    assert closings == []
+    del simulation
+    gc.collect()
+    assert closings == ["plant", "traffic", "controller"]
 
 
 def test_going_on_after_the_end_is_told(static):

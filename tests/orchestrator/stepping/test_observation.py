@@ -10,8 +10,8 @@ from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from fmus.toolchain.version import Version
 from fmus.units.reused_unit import release_all
+from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import Simulation
 from orchestrator.stepping.observation import MOST_BY_DEFAULT

@@ -25,8 +25,8 @@ from rerun.experimental import ViewerClient
 
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
+from orchestrator.execution import Execution, execute
 from orchestrator.recording.recording import Afterwards
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer

@@ -12,9 +12,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
+from components.interfaces.arguments import checked_arguments
 from components.interfaces.buses import VehicleState
 from components.interfaces.interruption import without_interrupts
-from components.interfaces.progress import Progress
+from components.interfaces.progress import SILENT, Progress
 from orchestrator.recording.messages import Recorder, RecordingRequest
 from orchestrator.recording.recording import Afterwards
 from orchestrator.recording.run_recording import RunRecording
@@ -78,14 +79,17 @@ class Execution:
         return [self.recorder] if self.live is None else [self.recorder, self.live]
 
 
-def execute(scenario: Scenario, out: Path | None, progress: Progress, execution: Execution) -> Finished:
+@checked_arguments
+def execute(
+    scenario: Scenario, out: Path | None = None, progress: Progress = SILENT, execution: Execution | None = None
+) -> Finished:
     """Run a scenario and write its run folder; after a fault or Ctrl-C the folder holds every row up to it.
 
     Args:
         scenario: The system and its experiment, as `load` gives it.
         out: The run folder, which is new or holds a former run; the next free `runs/NAME-N` if not given.
         progress: Receives reports on what is going on.
-        execution: How the run is recorded, watched and paced.
+        execution: How the run is recorded, watched and paced; as fast as it can, unwatched, if not given.
 
     Returns:
         The folder, the summary, and what ended the run early, if anything did.
@@ -101,6 +105,7 @@ def execute(scenario: Scenario, out: Path | None, progress: Progress, execution:
             # A library that cannot be loaded leaves no folder behind.
             fault = _attempt(lambda: running.enter_context(simulation))
             claimed = undisturbed.enter_context(new_folder(scenario.name, out, here))
+            execution = execution or Execution()
             run = _Run(scenario, simulation, execution, claimed)
             undisturbed.enter_context(run.rows)
             try:

@@ -27,12 +27,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from components.interfaces.progress import SILENT
-from orchestrator import run
+from orchestrator import execution
+from orchestrator.execution import Execution, execute
 from orchestrator.pictures.signals import signals
 from orchestrator.recording.process import RecordingProcess
 from orchestrator.recording.recording import Afterwards
 from orchestrator.results import run_folder
-from orchestrator.run import Execution, execute
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
@@ -219,7 +219,7 @@ def test_ctrl_c_once_more_does_not_disturb_what_the_first_began(tmp_path, monkey
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(Pacer, "done", lambda _, tick: press() if tick == 3 else None)
-    monkeypatch.setattr(run.Simulation, "close", press)
+    monkeypatch.setattr(execution.Simulation, "close", press)
     with RecordingProcess() as recording:
         finished = execute(
             static(stop_time=2.0), tmp_path / "r", SILENT, Execution(recording, realtime=100.0, figures=False)
@@ -242,13 +242,13 @@ def recorded_ticks(path):
 
 
 def test_there_is_a_recording_before_the_first_step(tmp_path, monkeypatch):
-    there, stepping = [], run._step
+    there, stepping = [], execution._step
 
     def step(*arguments):
         there.append((tmp_path / "r" / "recording.rrd").stat().st_size)
         return stepping(*arguments)
 
-    monkeypatch.setattr(run, "_step", step)
+    monkeypatch.setattr(execution, "_step", step)
     with RecordingProcess() as recording:
         execute(static(stop_time=0.5), tmp_path / "r", SILENT, Execution(recording))
     assert there[0] > 0
@@ -286,11 +286,11 @@ def killed(context, folder, seed):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for processes in /proc")
 def test_a_run_that_is_killed_loses_two_seconds_at_most_and_never_the_file(tmp_path):
-    with run.Simulation(static().system, h=0.1, until=100.0) as simulation:
+    with execution.Simulation(static().system, h=0.1, until=100.0) as simulation:
         simulation.run()
     whole = simulation.frame()
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__, "orchestrator.run"])
+    context.set_forkserver_preload([__name__, "orchestrator.execution"])
     lost = []
     for first in (0, 4):
         runs = [killed(context, tmp_path / str(seed), seed) for seed in range(first, first + 4)]
@@ -386,7 +386,7 @@ VIEWERS = {
 def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name, monkeypatch):
     made = static(stop_time=4.0)
     ended = {}
-    step = run._step
+    step = execution._step
 
     def timed(simulation, *how):
         ended[simulation] = None
@@ -394,7 +394,7 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
         ended[simulation] = time.monotonic()
         return found
 
-    monkeypatch.setattr(run, "_step", timed)
+    monkeypatch.setattr(execution, "_step", timed)
     said, tails = [], []
     with VIEWERS[name]() as (url, stop), ExitStack() as stack:
         alone, recording, viewing = (
@@ -407,8 +407,8 @@ def test_a_viewer_that_hangs_changes_neither_results_nor_the_end(tmp_path, name,
         execute(made, tmp_path / "alone", SILENT, Execution(alone, realtime=2.0, figures=False))
         tails.append(time.monotonic() - [*ended.values()][-1])
         monkeypatch.setattr(Pacer, "done", lambda _, tick: stop() if tick == 20 else None)
-        execution = Execution(recording, viewing, realtime=2.0, figures=False)
-        finished = execute(made, tmp_path / "watched", SILENT, execution)
+        watched = Execution(recording, viewing, realtime=2.0, figures=False)
+        finished = execute(made, tmp_path / "watched", SILENT, watched)
         tails.append(time.monotonic() - [*ended.values()][-1])
     assert tails[1] < tails[0] + 60, "a viewer that is stopped is stopped for ever"
     alone, watched = (pd.read_parquet(tmp_path / n / "signals.parquet") for n in ("alone", "watched"))
