@@ -35,6 +35,11 @@ class Convention(Protocol):
         """From ours to this convention."""
         ...
 
+    @property
+    def in_words(self) -> str:
+        """What its values are, and how ours follow from them."""
+        ...
+
 
 @dataclass(frozen=True)
 class ReferencePoint:
@@ -44,6 +49,13 @@ class ReferencePoint:
     """
 
     ahead: float
+
+    @property
+    def in_words(self) -> str:
+        """What its values are, and how ours follow from them."""
+        a = f"{'+' if self.ahead < 0 else '-'} {abs(self.ahead):g} m"
+        place = f"{abs(self.ahead):g} m {'behind' if self.ahead < 0 else 'ahead of'} the centre of gravity"
+        return f"of a point {place}: x {a} cos(psi), y {a} sin(psi), v_y {a} r"
 
     def ours(self, bus: Views) -> None:
         """From the point to the centre of gravity."""
@@ -67,6 +79,12 @@ class BoxEnd:
 
     share: float
 
+    @property
+    def in_words(self) -> str:
+        """What its values are, and how ours follow from them."""
+        a = f"{'+' if self.share < 0 else '-'} {abs(self.share):g} length"
+        return f"of the {'front' if self.share > 0 else 'rear'} bumper: x {a} cos(psi), y {a} sin(psi)"
+
     def ours(self, bus: Views) -> None:
         """From the end to the centre."""
         self._move(bus, -self.share)
@@ -87,6 +105,11 @@ class BoxEnd:
 class SpeedAndSlip:
     """Speed v and slip angle beta in the places of `v_x` and `v_y`: ``v_x = v cos(beta)``, ``v_y = v sin(beta)``."""
 
+    @property
+    def in_words(self) -> str:
+        """What its values are, and how ours follow from them."""
+        return "speed v and slip angle beta: v_x = v cos(beta), v_y = v sin(beta)"
+
     def ours(self, bus: Views) -> None:
         """From v and beta."""
         v, beta = bus["v_x"].copy(), bus["v_y"].copy()
@@ -101,6 +124,11 @@ class SpeedAndSlip:
 @dataclass(frozen=True)
 class RoadFrameVelocity:
     """`v_x` and `v_y` resolved in the road frame instead of the body frame."""
+
+    @property
+    def in_words(self) -> str:
+        """What its values are, and how ours follow from them."""
+        return "velocity in the road frame, turned by -psi into the body frame"
 
     def ours(self, bus: Views) -> None:
         """From the road frame to the body frame."""

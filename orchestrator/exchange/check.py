@@ -19,6 +19,7 @@ from fmus.reading.observation import observable, observing
 from fmus.toolchain.door import reading
 from fmus.unit_interface import Interface
 from orchestrator.exchange.catalogue_in_words import block_in_words, modelica_in_words
+from orchestrator.exchange.conversions_in_words import conversions_in_words
 from orchestrator.exchange.fmu_in_words import aligned, described, rule_breaches
 from orchestrator.exchange.trial import Trial, try_first_step
 from orchestrator.mapping.fitting import fit
@@ -145,6 +146,8 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
         return Checked(tuple(lines), good=not problems, problems=problems)
     fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
     lines += [f"socket {socket_name}: {fit_in_words(fitting)}", *_rows(fitting)]
+    if fitting.needed and not fitting.problems:
+        lines += ["conversions", *(f"  {line}" for line in conversions_in_words(fitting, theirs))]
     if mapping is None and (out is not None or fitting.needed):
         try:
             lines.append(_template(where, socket_name, fitting, theirs, out))

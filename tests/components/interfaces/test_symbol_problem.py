@@ -1,4 +1,4 @@
-"""Equations of a person's own that do with signals what only numbers can do (`symbol_problem.py`, `lowering.py`)."""
+"""Equations that do with signals what only numbers can do (`symbol_problem.py`, `fmus/lowering.py`)."""
 
 from __future__ import annotations
 

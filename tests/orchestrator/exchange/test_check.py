@@ -100,6 +100,12 @@ def test_a_template_that_is_filled_in_runs(theirs, macrostep):
     code, out, err = macrostep("check", "theirs.plant.toml")
     assert (code, err) == (0, "")
     assert "socket plant: fits, with the conversions below\n" in out
+    conversions = out.partition("\nconversions\n")[2].partition("\n\n")[0].splitlines()
+    assert "  state.psi [rad] = -0.0174533 * car.heading [deg]" in conversions
+    assert "  state.y [m] = -0.001 * car.south [mm]" in conversions
+    assert "  state.v_x [m/s] = 0.277778 * car.speed [km/h]" in conversions
+    assert "  car.wheel [deg] = -916.732 * actuation.delta_f [rad]" in conversions
+    assert any(c.startswith("  state: of a point 1.05 m behind the centre of gravity: x + 1.05 m") for c in conversions)
     assert prepare("static", Options(mode="blocks", replacements={"plant": str(path)})).remarks == ()
 
 
