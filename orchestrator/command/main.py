@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orchestrator.command import supervisor
+from orchestrator.command import scenario_command, supervisor
 from orchestrator.command.build_command import build
 from orchestrator.command.check_command import check
 from orchestrator.command.companions import Companions
@@ -54,6 +54,7 @@ def application(sockets: Iterable[Socket]) -> typer.Typer:
     app.command()(check)
     app.command("list")(list_)
     app.command()(show)
+    app.add_typer(scenario_command.application, name="scenario")
     return app
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, cast
 
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
@@ -17,7 +17,11 @@ from orchestrator.system.files import Given, checked, read_toml
 SCENARIOS: Final = Path(__file__).parents[1] / "scenarios"
 """The folder of the scenarios that come with macrostep."""
 
-_STRICT: Final = ConfigDict(extra="forbid", strict=True)
+_STRICT: Final = ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+
+
+_RECORD: Final = "At every how many ticks the signals that match a pattern are recorded, 0 for never; the last counts."
+_NONFINITE: Final = "Patterns of the signals that may be infinite or not a number although a unit reads them."
 
 
 class ExperimentTable(BaseModel):
@@ -26,12 +30,19 @@ class ExperimentTable(BaseModel):
     model_config = _STRICT
 
     step: Given
+    """The macro step, in `s`."""
     stop_time: Given
+    """The end, in `s`: a whole number of macro steps after the start."""
     start_time: Given | None = None
+    """The beginning, in `s`; 0 if not given."""
     tolerance: Given | None = None
+    """The relative tolerance that all FMUs are told; each its own, if not given."""
     algorithm: str = "sequential"
+    """How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`."""
     solve_loops: bool = False
+    """Whether algebraic loops are solved by iteration instead of being refused."""
     end_off_road: bool = False
+    """Whether the run ends where the vehicle leaves the surroundings of the road."""
 
 
 class SocketFilling(BaseModel):
@@ -40,7 +51,9 @@ class SocketFilling(BaseModel):
     model_config = _STRICT
 
     block: str | None = None
+    """A block of the catalogue."""
     fmu: str | None = None
+    """An FMU, or a Modelica file that becomes one; its path is relative to this file."""
     mapping: str | None = None
     """The mapping file by which the FMU that it names, or `fmu`, fits the socket."""
     interface: str | None = None
@@ -50,6 +63,7 @@ class SocketFilling(BaseModel):
     step: Given | None = None
     """The unit's own step, a whole multiple or a whole part of the macro step."""
     parameters: dict[str, Given] = {}
+    """Values of its parameters, which replace those of `use` and of the block's own parameter file."""
 
     def given(self, where: str) -> dict[str, Given]:
         """All values that the scenario gives.
@@ -76,6 +90,7 @@ class SceneOverrides(BaseModel):
     model_config = _STRICT
 
     parameters: dict[str, Given] = {}
+    """The road and the size of the vehicle, for metrics and pictures."""
 
 
 @dataclass(frozen=True)
@@ -104,20 +119,38 @@ def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
     Raises:
         RequestError: Entries are missing, unknown or of another type; the error lists all of them.
     """
+    model = checked(scenario_model(), content, where)
+    tables = {name: getattr(model, name) for name in type(model).model_fields}
+    for given in _all_given(model):
+        given.source = given.source or where
+    units = {name: filling for name in SOCKETS if (filling := tables.pop(name)) is not None}
+    return ScenarioFile(**tables, units=units)
+
+
+def scenario_model() -> type[BaseModel]:
+    """The entries of a scenario file; sockets can be added at run time, so they are not known before it is read."""
     entries: dict[str, Any] = {
-        "title": (str, ...),
-        "description": (str, ...),
+        "title": (Annotated[str, Field(description="The title of the scenario.")], ...),
+        "description": (Annotated[str, Field(description="What happens in it, and what it shows.")], ""),
         "experiment": (ExperimentTable, ...),
         **{name: (SocketFilling, ... if socket.essential else None) for name, socket in SOCKETS.items()},
         "scene": (SceneOverrides, SceneOverrides()),
-        "record": (dict[str, Annotated[int, Field(ge=0)]], {}),
-        "allow_nonfinite": (list[str], []),
+        "record": (Annotated[dict[str, Annotated[int, Field(ge=0)]], Field(description=_RECORD)], {}),
+        "allow_nonfinite": (Annotated[list[str], Field(description=_NONFINITE)], []),
     }
-    # Sockets can be added at run time, so the entries of the file are not known before it is read.
-    model = checked(create_model("ScenarioFile", __config__=_STRICT, **entries), content, where)
-    tables = {name: getattr(model, name) for name in entries}
-    units = {name: filling for name in SOCKETS if (filling := tables.pop(name)) is not None}
-    return ScenarioFile(**tables, units=units)
+    return create_model("ScenarioFile", __config__=_STRICT, **entries)
+
+
+def _all_given(table: object) -> Iterator[Given]:
+    """All values of a table and of the tables in it."""
+    if isinstance(table, Given):
+        yield table
+    elif isinstance(table, BaseModel):
+        for name in type(table).model_fields:
+            yield from _all_given(getattr(table, name))
+    elif isinstance(table, dict):
+        for item in cast("dict[str, object]", table).values():
+            yield from _all_given(item)
 
 
 def names() -> list[str]:

@@ -25,11 +25,14 @@ _Model = TypeVar("_Model", bound=BaseModel)
 class Given(BaseModel):
     """A value with its unit of measurement and its source."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
+    model_config = ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
 
     value: Any
+    """A number, a truth value, or a list of them for an array."""
     unit: str = "1"
-    source: str
+    """The unit of measurement, in Modelica's spelling, such as `m/s2`."""
+    source: str = ""
+    """Where the value comes from; the file itself, if nothing is said."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
