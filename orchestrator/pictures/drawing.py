@@ -58,6 +58,11 @@ class Boxes:
         rest = (getattr(self, name)[kept] for name in ("x", "y", "psi", "length", "width", "id"))
         return Boxes(self.count[rows], row, *rest)
 
+    def only(self, boxes: NDArray[np.bool_]) -> Boxes:
+        """Only the boxes that a mask `(boxes,)` selects, in the same rows."""
+        row, *rest = (getattr(self, name)[boxes] for name in ("row", "x", "y", "psi", "length", "width", "id"))
+        return Boxes(np.bincount(row, minlength=len(self.count)), row, *rest)
+
 
 class Nearest(NamedTuple):
     """The nearest obstacle in each of n rows."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from components.interfaces.maths import Array
@@ -32,6 +34,16 @@ EGO_COLOUR, OBSTACLE_COLOUR = "#1f6fd1", "#d1602a"
 _SNAPSHOTS: Final = 1.0
 """[s] Time between two places of the vehicle that are drawn, as long as they are not too many."""
 _MOST_SNAPSHOTS: Final = 200
+_LABELLED: Final = 2 * STRETCH
+"""[m] Length of the road up to which a time fits on a box."""
+_HEIGHTS: Final = (-0.6, 0.6, 0.0)
+"""[m] Where the times of the first, second and third obstacle stand across its box, which others may come to lie on."""
+_ABOVE: Final = 0.4
+"""[m] Distance of the times of the vehicle from its box, through whose middle the driven line runs."""
+_HALO: Final = [withStroke(linewidth=1.2, foreground="w")]
+"""The ground of a text that lines run through."""
+_TEXT_COLOURS: Final = {EGO_COLOUR: "#124a91", OBSTACLE_COLOUR: "#7a3210"}
+"""The colours of the times, darker than those of the boxes that they stand on."""
 
 
 def sheet(height: float, rows: int, *, gap: float = 0.0, sharex: bool = False) -> tuple[Figure, NDArray[Any]]:
@@ -91,50 +103,104 @@ def road(axes: Axes, scene: Scene, low: float, high: float) -> None:
     axes.add_collection(LineCollection(list(strokes), colors="0.6", linewidths=1, zorder=1))
 
 
-def vehicle(axes: Axes, time: Array, pose: tuple[Array, ...], scene: Scene) -> None:
-    """Draw the box of the vehicle once per second, or less often in a long run.
+def instants(time: Array) -> tuple[NDArray[np.int64], float]:
+    """The rows in which vehicles are drawn: one per second, or fewer in a long run.
 
     Args:
-        axes: The panel.
         time: The time [s] of each row, `(n,)`.
-        pose: Position x, y and yaw angle in each row, each `(n,)`.
-        scene: The size of the vehicle.
+
+    Returns:
+        The rows, and the time [s] from one to the next.
     """
-    pause = _SNAPSHOTS * max(1.0, np.ceil((time[-1] - time[0]) / (_MOST_SNAPSHOTS * _SNAPSHOTS)))
-    kept = np.unique(np.searchsorted(time, np.arange(time[0], time[-1] + 1e-9, pause) - 1e-9))
-    x, y, psi = (values[kept] for values in pose)
-    size = np.ones(len(kept))
-    boxes = drawing.Boxes.of(x, y, psi, scene.ego_length * size, scene.ego_width * size)
-    fill = to_rgba(EGO_COLOUR, 0.15)
-    for i, corners in enumerate(drawing.outlines(boxes, 0.0)):
-        label = f"ego, every {pause:g} s" if i == 0 else None
-        axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=EGO_COLOUR, linewidth=0.7, zorder=3, label=label))
+    pause = _SNAPSHOTS * max(1.0, float(np.ceil((time[-1] - time[0]) / (_MOST_SNAPSHOTS * _SNAPSHOTS))))
+    return np.unique(np.searchsorted(time, np.arange(time[0], time[-1] + 1e-9, pause) - 1e-9)), pause
 
 
-def traffic(axes: Axes, columns: SignalColumns, buses: BusPaths, scene: Scene) -> None:
-    """Draw the obstacles with their safety boundaries as they are at the end, and dotted as they were at the start.
+def vehicles(
+    axes: Axes, columns: SignalColumns, buses: BusPaths, scene: Scene, seen: NDArray[np.bool_] | None = None
+) -> None:
+    """Draw the vehicle and the obstacles as they were at the same instants, with the time at each box.
+
+    What is later is drawn stronger. The vehicle lies above the obstacles, so that none hides where it was before: an
+    obstacle that moves comes to places where the vehicle has been, and the other way round.
 
     Args:
-        axes: The panel.
+        axes: The panel, with its limits.
         columns: The rows of the run.
         buses: The buses of its system.
-        scene: The safety gap.
+        scene: The size of the vehicle, and the safety gap.
+        seen: The rows `(n,)` in which the vehicle is to be seen; all if not given.
     """
-    obstacles = drawing.obstacles(columns, buses)
-    if obstacles is None or not len(obstacles[0].x):
+    rows = np.arange(len(columns.time)) if seen is None else np.flatnonzero(seen)
+    kept, pause = instants(columns.time[rows])
+    rows = rows[kept]
+    times = _Times(axes, columns.time[rows])
+    if (obstacles := drawing.obstacles(columns, buses)) is not None:
+        boxes = obstacles[0].where(np.isin(np.arange(len(columns.time)), rows))
+        for identity, height in zip(np.unique(boxes.id), cycle(_HEIGHTS), strict=False):
+            _obstacle(axes, boxes.only(boxes.id == identity), scene, times, height)
+    if (ego := drawing.ego_boxes(columns, buses, scene)) is not None:
+        _vehicle(axes, drawing.Boxes.of(*ego[rows].T), times, f"ego, every {pause:g} s")
+
+
+class _Times:
+    """How the instants are told apart: by the strength of the colour and, where there is room, by the time.
+
+    Args:
+        axes: The panel, with its limits.
+        time: The instants [s], `(n,)`.
+    """
+
+    def __init__(self, axes: Axes, time: Array) -> None:
+        self._axes, self._time = axes, time
+
+    def colour(self, colour: str, i: int, weakest: float, strongest: float) -> tuple[float, float, float, float]:
+        """The colour of a box at the `i`-th instant, between two opacities."""
+        share = i / max(len(self._time) - 1, 1)
+        return to_rgba(colour, weakest + share * (strongest - weakest))
+
+    def write(self, i: int, x: float, y: float, of: str, name: str = "") -> None:
+        """Write the time of the `i`-th instant around a place, for boxes of a colour, if the place is in the panel."""
+        low, high = self._axes.get_xlim()
+        if low <= x <= high and high - low <= _LABELLED:
+            style = {"ha": "center", "va": "center", "path_effects": _HALO, "color": _TEXT_COLOURS[of], "zorder": 6}
+            self._axes.text(x, y, f"{name}{self._time[i]:g} s", fontsize=5.5, clip_on=True, **style)
+
+
+def _vehicle(axes: Axes, boxes: drawing.Boxes, times: _Times, label: str) -> None:
+    for i, corners in enumerate(drawing.outlines(boxes, 0.0)):
+        fill, edge = times.colour(EGO_COLOUR, i, 0.08, 0.3), times.colour(EGO_COLOUR, i, 0.5, 1.0)
+        axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=edge, linewidth=0.7, zorder=3))
+        times.write(i, boxes.x[i], corners[:, 1].max() + _ABOVE, EGO_COLOUR)
+    axes.patches[-1].set_label(label)
+
+
+def _obstacle(axes: Axes, boxes: drawing.Boxes, scene: Scene, times: _Times, height: float) -> None:
+    """Draw one obstacle: at every instant if it moves, with the times at a height [m]; once if it stands still."""
+    places = np.column_stack([boxes.x, boxes.y])
+    if np.ptp(places, axis=0).max() <= STILL:
+        _standing(axes, boxes, scene)
         return
-    boxes = obstacles[0]
-    first, last = (boxes.where(np.arange(len(boxes.count)) == i) for i in (0, len(boxes.count) - 1))
-    moved = first.x.shape != last.x.shape or not np.allclose([first.x, first.y], [last.x, last.y], atol=STILL)
-    if moved:
-        for i, corners in enumerate(drawing.outlines(first, 0.0)):
-            start = {"linestyle": ":", "label": None if i else "obstacle, at the start"}
-            axes.add_patch(Polygon(corners, fill=False, edgecolor=OBSTACLE_COLOUR, linewidth=0.8, zorder=2, **start))
-    names: tuple[str | None, str | None] = ("obstacle, at the end" if moved else "obstacle", "safety boundary")
-    bodies, boundaries = drawing.outlines(last, 0.0), drawing.outlines(last, scene.l_gap)
-    for i, (box, around) in enumerate(zip(bodies, boundaries, strict=True)):
-        axes.add_patch(Polygon(box, color=OBSTACLE_COLOUR, zorder=2, label=names[0]))
-        axes.add_patch(Polygon(around, fill=False, edgecolor=OBSTACLE_COLOUR, linewidth=0.8, zorder=2, label=names[1]))
-        middle = (last.x[i], last.y[i])
-        axes.annotate(str(last.id[i]), middle, ha="center", va="center", fontsize=7, color="w", annotation_clip=True)
-        names = (None, None)
+    bodies, boundaries = drawing.outlines(boxes, 0.0), drawing.outlines(boxes, scene.l_gap)
+    for i, body, (x, y) in zip(boxes.row, bodies, places, strict=True):
+        fill, edge = times.colour(OBSTACLE_COLOUR, i, 0.08, 0.45), times.colour(OBSTACLE_COLOUR, i, 0.4, 1.0)
+        axes.add_patch(Polygon(body, facecolor=fill, edgecolor=edge, linewidth=0.8, zorder=2))
+        times.write(i, x, y + height, OBSTACLE_COLOUR, f"#{boxes.id[0]}, ")
+    _name_once(axes, axes.patches[-1], "obstacle, at the same times")
+    last = Polygon(boundaries[-1], fill=False, edgecolor=OBSTACLE_COLOUR, linewidth=0.8, zorder=2)
+    _name_once(axes, axes.add_patch(last), "safety boundary")
+
+
+def _standing(axes: Axes, boxes: drawing.Boxes, scene: Scene) -> None:
+    body, around = drawing.outlines(boxes, 0.0)[0], drawing.outlines(boxes, scene.l_gap)[0]
+    _name_once(axes, axes.add_patch(Polygon(body, color=OBSTACLE_COLOUR, zorder=2)), "obstacle")
+    boundary = Polygon(around, fill=False, edgecolor=OBSTACLE_COLOUR, linewidth=0.8, zorder=2)
+    _name_once(axes, axes.add_patch(boundary), "safety boundary")
+    style = {"ha": "center", "va": "center", "fontsize": 7, "color": "w"}
+    axes.annotate(str(boxes.id[0]), (boxes.x[0], boxes.y[0]), annotation_clip=True, **style)
+
+
+def _name_once(axes: Axes, patch: Any, label: str) -> None:
+    """Give a patch its name in the legend, unless another one of the panel has it."""
+    if label not in axes.get_legend_handles_labels()[1]:
+        patch.set_label(label)

@@ -30,8 +30,7 @@ from orchestrator.pictures.figure_parts import (
     finished,
     road,
     sheet,
-    traffic,
-    vehicle,
+    vehicles,
 )
 from orchestrator.pictures.plots import Limit, Plot
 from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns, signals
@@ -101,12 +100,11 @@ def _trajectory(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Figure
     figure, panels = sheet(height, rows, gap=0.3)
     for i, axes in enumerate(panels):
         stretch = (low + i * span, low + (i + 1) * span)
+        axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         road(axes, scene, *stretch)
-        traffic(axes, columns, buses, scene)
+        vehicles(axes, columns, buses, scene, shown_rows)
         _path(axes, columns, buses, stretch)
         axes.plot(x, y, color=EGO_COLOUR, linewidth=1.6, label="driven", zorder=4)
-        vehicle(axes, columns.time[shown_rows], (x, y, pose[2][shown_rows]), scene)
-        axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         axes.tick_params(labelsize=8)
     panels[-1].set_xlabel("x [m]")
     handles, labels = panels[-1].get_legend_handles_labels()

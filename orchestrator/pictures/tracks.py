@@ -24,10 +24,9 @@ from orchestrator.pictures.figure_parts import (
     finished,
     road,
     sheet,
-    traffic,
-    vehicle,
+    vehicles,
 )
-from orchestrator.pictures.signals import PATH_SIGNALS, POSE_SIGNALS, SignalColumns
+from orchestrator.pictures.signals import PATH_SIGNALS, SignalColumns
 from orchestrator.results.path_geometry import path_lines
 from orchestrator.system.scene import ROAD_AT_MOST, Scene
 from orchestrator.system.shown import BusPaths, signal_path
@@ -85,7 +84,7 @@ def line_styles(labels: Sequence[str]) -> list[tuple[str, Any, str]]:
 def trajectories(tracks: Sequence[Track]) -> Figure | None:
     """The road from above, to scale, in stretches one below the other, with the paths that several controllers drove.
 
-    The boxes are those of the first run, once a second.
+    The boxes are those of the first run and of the obstacles, once a second.
     """
     if not tracks:
         return None
@@ -95,17 +94,14 @@ def trajectories(tracks: Sequence[Track]) -> Figure | None:
     bottom, top = first.scene.y_right - 1, first.scene.y_left + 1
     span = (high - low) / rows
     figure, panels = sheet(rows * (WIDTH * 0.9 * (top - bottom) / span + 0.35) + 1.0, rows, gap=0.3)
-    state = first.columns.bus(first.buses, *POSE_SIGNALS)
     for i, axes in enumerate(panels):
         stretch = (low + i * span, low + (i + 1) * span)
+        axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         road(axes, first.scene, *stretch)
-        traffic(axes, first.columns, first.buses, first.scene)
-        if state is not None:
-            vehicle(axes, first.columns.time, state, first.scene)
+        vehicles(axes, first.columns, first.buses, first.scene)
         _desired(axes, first)
         for track, (colour, dashes, _) in zip(tracks, line_styles([t.label for t in tracks]), strict=True):
             axes.plot(track.x, track.y, color=colour, linestyle=dashes, linewidth=1.3, label=track.label, zorder=4)
-        axes.set(xlim=stretch, ylim=(bottom, top), aspect="equal", ylabel="y [m]")
         axes.tick_params(labelsize=8)
     panels[-1].set_xlabel("x [m]")
     _legend(figure, panels[-1])

@@ -42,6 +42,8 @@ def test_obstacles_of_invalid_slots_are_left_out(static):
     assert known.shape[0] == 3
     last = boxes.where(np.array([False, True, True]))
     assert (last.count.tolist(), last.row.tolist(), last.id.tolist()) == ([0, 1], [1], [2])
+    one = boxes.only(boxes.id == 2)
+    assert (one.count.tolist(), one.row.tolist(), one.x.tolist()) == ([0, 0, 1], [2], [30.0])
 
 
 def test_a_boundary_shows_where_the_box_is_heading():
