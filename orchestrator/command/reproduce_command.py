@@ -35,8 +35,7 @@ def reproduce(
         with working() as progress:
             report = reproduction.reproduce(listed, claimed.path, progress, driven)
         for verdict in report.verdicts:
-            parts = (verdict.claim, "bold"), f" {verdict.words}: ", (verdict.status, "bold"), f" {verdict.condition}"
-            out.print(Text.assemble(*parts))
+            out.print(Text.assemble((verdict.claim, "bold"), f" {verdict.words}: ", (verdict.outcome, "bold")))
         out.print(f"{claimed.named}/  report.html  report.md  report.json  runs/  figures/")
 
 

@@ -19,6 +19,7 @@ from orchestrator.reproduction.varied.varied_content import JudgedSet
 from orchestrator.reproduction.varied.varied_set import VariedSet
 from orchestrator.results.claimed_folder import ClaimedFolder, claim
 from orchestrator.results.manifest import Contents
+from orchestrator.results.provenance import now
 
 EXPERIMENTS_FILE: Final = "experiments.json"
 """The list of experiments, written first."""
@@ -58,7 +59,7 @@ def reproduce(
     verdicts = claims.decide(gathered)
     progress.now("writing the report")
     goal = goals.nominal(gathered)
-    report.write(report.Report(experiments, outcomes, gathered, verdicts, [goal], figures, judged), folder)
+    report.write(report.Report(experiments, outcomes, gathered, verdicts, [goal], figures, now(), judged), folder)
     return Reproduced(folder, tuple(verdicts))
 
 

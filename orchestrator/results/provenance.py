@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from typing import Any, Final
 
 _LIBRARIES: Final = ("casadi", "fmpy", "numpy", "pandas", "rerun-sdk")
@@ -15,6 +16,11 @@ def versions() -> dict[str, str]:
 
     version_of = {"macrostep": own_version(), "python": platform.python_version()}
     return version_of | {name: metadata.version(name) for name in _LIBRARIES}
+
+
+def now() -> str:
+    """The present date and time in UTC, as results tell when they were made."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def own_version() -> str:

@@ -8,7 +8,6 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -36,7 +35,7 @@ from orchestrator.exchange.passport.bench import STAGE_PATIENCE, Bench
 from orchestrator.exchange.passport.passport_line import GROUPS, Line, Mark, Topic
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
-from orchestrator.results.provenance import versions
+from orchestrator.results.provenance import now, versions
 
 SCHEMA: Final = 1
 """The version of the JSON; it changes when keys get another meaning, or go."""
@@ -200,7 +199,7 @@ def _provenance(seconds: float) -> dict[str, Any]:
             "processor": _processor(),
             "cores": os.cpu_count(),
         },
-        "made": datetime.now(UTC).isoformat(timespec="seconds"),
+        "made": now(),
         "duration": {"value": round(seconds, 1), "unit": "s"},
     }
 

@@ -11,7 +11,7 @@ from typing import Final
 from orchestrator.reproduction.paper import matched
 from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
 from orchestrator.reproduction.paper.experiments import RunRole
-from orchestrator.reproduction.paper.verdict import TIME_METRIC, Case, DecidingNumber, Verdict
+from orchestrator.reproduction.paper.verdict import FAULT_NOTE, TIME_METRIC, Case, DecidingNumber, Verdict, unmet
 
 ACCURATE_RMS: Final = 0.25
 """[m] Largest rms path error that counts as accurate: the same as for `mpc_plus`."""
@@ -24,8 +24,6 @@ SAME_TRAJECTORY: Final = 0.01
 
 STATIC_TASK: Final = "static"
 """The task with obstacles that stand still."""
-
-FAULT_NOTE: Final = "a run ended in a fault"
 
 
 def decide(evidence: Evidence) -> list[Verdict]:
@@ -45,7 +43,9 @@ def c1(evidence: Evidence) -> Verdict:
             compared = matched.compare(mp.metrics, curve)
             numbers = mp.numbers("path_error_rms", *matched.SMOOTHNESS)
             numbers += tuple(DecidingNumber(name, value, curve.label) for name, value in compared.at.items())
-            cases.append(Case(factors, compared.smoother, numbers, (mp.name, *compared.runs), compared.how))
+            runs = (mp.name, *compared.runs)
+            rougher = _not_lower(mp.metrics, compared.at, matched.SMOOTHNESS) if compared.smoother is False else ()
+            cases.append(Case(factors, compared.smoother, numbers, runs, compared.how, rougher))
     return Verdict(
         "C1",
         "MP gives a smooth and flexible path compared with the two-level method",
@@ -57,16 +57,12 @@ def c1(evidence: Evidence) -> Verdict:
 
 def c2(evidence: Evidence) -> Verdict:
     """Decide the accuracy of both methods."""
-    cases = [
-        Case(
-            {"method": r.label, "tyre": r.tyre},
-            r.finished and r.metrics["path_error_rms"] <= ACCURATE_RMS and r.metrics["path_error_max"] <= ACCURATE_MAX,
-            r.numbers("path_error_rms", "path_error_max"),
-            (r.name,),
-        )
-        for role in (RunRole.MP, RunRole.TWO_LEVEL)
-        for r in _static(evidence, role)
-    ]
+    largest = {"path_error_rms": ACCURATE_RMS, "path_error_max": ACCURATE_MAX}
+    cases: list[Case] = []
+    for r in (r for role in (RunRole.MP, RunRole.TWO_LEVEL) for r in _static(evidence, role)):
+        exceeded = unmet({name: r.metrics[name] <= most for name, most in largest.items()} if r.finished else {})
+        factors, note = {"method": r.label, "tyre": r.tyre}, "" if r.finished else FAULT_NOTE
+        cases.append(Case(factors, r.finished and not exceeded, r.numbers(*largest), (r.name,), note, exceeded))
     return Verdict(
         "C2",
         "both methods follow the Dubins path accurately",
@@ -98,16 +94,16 @@ def c4(evidence: Evidence) -> Verdict:
 def c5(evidence: Evidence) -> Verdict:
     """Decide whether the two-level method oscillates."""
 
-    def oscillates(mp: Mapping[str, float], other: Mapping[str, float]) -> bool:
-        more = all(other[n] > mp[n] for n in ("r_total_variation", "r_dot_peak"))
-        return more and other["r_sign_changes"] >= mp["r_sign_changes"]
+    def steadier(mp: Mapping[str, float], other: Mapping[str, float]) -> tuple[str, ...]:
+        no_fewer = other["r_sign_changes"] >= mp["r_sign_changes"]
+        return _not_lower(mp, other, ("r_total_variation", "r_dot_peak")) + unmet({"r_sign_changes": no_fewer})
 
     names = ("r_total_variation", "r_sign_changes", "r_dot_peak")
     return Verdict(
         "C5",
         "the two-level yaw rate oscillates abruptly",
         "its total variation of r and peak r_dot above the MP method's, and no fewer changes of sign of r",
-        tuple(_pairs(evidence, names, oscillates)),
+        tuple(_pairs(evidence, names, steadier)),
     )
 
 
@@ -122,12 +118,15 @@ def c6(evidence: Evidence) -> Verdict:
                 cases.append(Case(factors, None if mp.finished else False, (), runs, FAULT_NOTE))
                 continue
             m = mp.metrics
-            clear = m["gap_obstacle"] > 0 and m["gap_edge"] >= 0 and m.get("corridor_violations", 0) == 0
-            smooth = m["r_total_variation"] < other.metrics["r_total_variation"]
+            met = {
+                "gap_obstacle": m["gap_obstacle"] > 0,
+                "gap_edge": m["gap_edge"] >= 0,
+                "corridor_violations": m.get("corridor_violations", 0) == 0,
+                "r_total_variation": m["r_total_variation"] < other.metrics["r_total_variation"],
+            }
             numbers = mp.numbers("gap_obstacle", "gap_edge", "corridor_violations", "r_total_variation")
             numbers += other.numbers("r_total_variation", of=other.label)
-            note = "" if clear and smooth else "clear, but not smoother" if clear else "not clear"
-            cases.append(Case(factors, clear and smooth, numbers, runs, note))
+            cases.append(Case(factors, all(met.values()), numbers, runs, against=unmet(met)))
     return Verdict(
         "C6",
         "avoids moving obstacles, smoothly",
@@ -152,8 +151,13 @@ def c7(evidence: Evidence) -> Verdict:
                 DecidingNumber("failures", _failures(other), of=other.label),
                 *_times(own, its, other.label),
             )
-            holds = distance <= SAME_TRAJECTORY and failures <= _failures(other) and own.p50_us <= its.p50_us
-            cases.append(Case({"against": other.label}, holds, numbers, (mp.name, other.name)))
+            met = {
+                "distance": distance <= SAME_TRAJECTORY,
+                "failures": failures <= _failures(other),
+                TIME_METRIC: own.p50_us <= its.p50_us,
+            }
+            runs = (mp.name, other.name)
+            cases.append(Case({"against": other.label}, all(met.values()), numbers, runs, against=unmet(met)))
     notes = [
         f"{names[r.name].label}: {evidence.distances[r.name]:.3g} m from the active set's trajectory at most, speed "
         f"down to {r.metrics['v_x_min']:.2f} m/s. Curves that differ can be an early end of the iteration."
@@ -196,7 +200,8 @@ CLAIMS: Final[Mapping[str, Callable[[Evidence], Verdict]]] = {
 
 
 def _faster(own: Timing, other: Timing, label: str) -> Case:
-    return Case({"against": label}, own.p50_us <= other.p50_us, _times(own, other, label), ())
+    met = {TIME_METRIC: own.p50_us <= other.p50_us}
+    return Case({"against": label}, all(met.values()), _times(own, other, label), (), against=unmet(met))
 
 
 def _times(own: Timing, other: Timing, label: str) -> tuple[DecidingNumber, ...]:
@@ -207,23 +212,37 @@ def _static(evidence: Evidence, role: RunRole) -> Iterable[Result]:
     return (r for r in evidence.of(role) if r.task == STATIC_TASK)
 
 
+def _not_lower(mp: Mapping[str, float], other: Mapping[str, float], names: Iterable[str]) -> tuple[str, ...]:
+    return unmet({name: mp[name] < other[name] for name in names})
+
+
 def _lower(evidence: Evidence, *names: str) -> Iterator[Case]:
-    return _pairs(evidence, names, lambda mp, other: all(mp[n] < other[n] for n in names))
+    return _pairs(evidence, names, lambda mp, other: _not_lower(mp, other, names))
 
 
 def _pairs(
-    evidence: Evidence, names: Iterable[str], holds: Callable[[Mapping[str, float], Mapping[str, float]], bool]
+    evidence: Evidence,
+    names: Iterable[str],
+    against: Callable[[Mapping[str, float], Mapping[str, float]], tuple[str, ...]],
 ) -> Iterator[Case]:
-    """Compare every MP run with every two-level run of the same task on the same plant."""
+    """Compare every MP run with every two-level run of the same task on the same plant.
+
+    Args:
+        evidence: The runs.
+        names: The metrics that are told.
+        against: Which metrics of two finished runs speak against the claim.
+    """
     listed = tuple(names)
     for mp in _static(evidence, RunRole.MP):
         for other in evidence.of(RunRole.TWO_LEVEL, mp):
             numbers = mp.numbers(*listed) + other.numbers(*listed, of=other.label)
             factors = {"setting": mp.label, "against": other.label, "tyre": mp.tyre}
-            decided = None if mp.finished else False
+            runs = (mp.name, other.name)
             if mp.finished and other.finished:
-                decided = holds(mp.metrics, other.metrics)
-            yield Case(factors, decided, numbers, (mp.name, other.name))
+                metrics = against(mp.metrics, other.metrics)
+                yield Case(factors, not metrics, numbers, runs, against=metrics)
+            else:
+                yield Case(factors, None if mp.finished else False, numbers, runs, FAULT_NOTE)
 
 
 def _failures(result: Result) -> float:

@@ -100,6 +100,7 @@ class FigureKind(StrEnum):
     YAW_RATE = "yaw_rate"
     DISTANCE = "distance"
     SMOOTHNESS = "smoothness"
+    TIME = "time"
 
 
 class ReportFigure(_Strict):
@@ -107,8 +108,11 @@ class ReportFigure(_Strict):
 
     name: str
     kind: FigureKind
-    runs: tuple[str, ...]
+    runs: tuple[str, ...] = ()
+    """The runs that it shows; none for the times per sample."""
     caption: str
+    claims: tuple[str, ...] = ()
+    """The claims that it illustrates: it stands with the first and is referred to from the others."""
 
 
 class Experiments(_Strict):

@@ -6,7 +6,7 @@ from typing import Final
 
 from orchestrator.reproduction.paper.evidence import TUNED, Evidence
 from orchestrator.reproduction.paper.experiments import RunRole
-from orchestrator.reproduction.paper.verdict import Case, DecidingNumber, Verdict
+from orchestrator.reproduction.paper.verdict import FAULT_NOTE, Case, DecidingNumber, Verdict, unmet
 
 ACCURATE: Final = 0.25
 """[m] Largest rms path error in the nominal case."""
@@ -22,10 +22,16 @@ def nominal(evidence: Evidence) -> Verdict:
             numbers += (DecidingNumber("r_dot_rms", other["r_dot_rms"], of=mp.label),)
             if (off_path := evidence.off_path.get(plus.name)) is not None:
                 numbers += (DecidingNumber("path_error_rms", off_path, of=f"the path of {mp.label}"),)
-            safe = own.get("gap_obstacle", 1.0) > 0 and own["gap_edge"] >= 0
-            holds = safe and own["path_error_rms"] <= ACCURATE and own["r_dot_rms"] < other["r_dot_rms"]
-            factors = {"task": plus.task, "tyre": plus.tyre}
-            cases.append(Case(factors, plus.finished and holds, numbers, (plus.name, mp.name)))
+            met = {
+                "gap_obstacle": own.get("gap_obstacle", 1.0) > 0,
+                "gap_edge": own["gap_edge"] >= 0,
+                "path_error_rms": own["path_error_rms"] <= ACCURATE,
+                "r_dot_rms": own["r_dot_rms"] < other["r_dot_rms"],
+            }
+            against = unmet(met)
+            factors, note = {"task": plus.task, "tyre": plus.tyre}, "" if plus.finished else FAULT_NOTE
+            holds = plus.finished and not against
+            cases.append(Case(factors, holds, numbers, (plus.name, mp.name), note, against))
     return Verdict(
         "plus",
         "mpc-plus is accurate and smoother than the tuned MP method",

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
+from orchestrator.reproduction.paper import where
+from orchestrator.reproduction.paper.where import counted
+
 TIME_METRIC: Final = "p50_us"
 """The one metric among those that decide claims which is a wall time: it differs from one reproduction to the next."""
+
+FAULT_NOTE: Final = "a run ended in a fault"
+
+_ALL: Final = {1: "the one case", 2: "both cases"}
+_ANY: Final = {1: "the one case", 2: "either case"}
+"""Numbers of cases that are words."""
 
 
 class Status(StrEnum):
@@ -52,6 +62,8 @@ class Case:
     runs: tuple[str, ...]
     """Names of the runs that were measured."""
     note: str = ""
+    against: tuple[str, ...] = ()
+    """The metrics that speak against the claim, where it does not hold."""
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -76,6 +88,11 @@ class Verdict:
     notes: tuple[str, ...] = ()
 
     @property
+    def title(self) -> str:
+        """The heading of what is told about it."""
+        return f"{self.claim}: {self.words}"
+
+    @property
     def status(self) -> Status:
         """The outcome; cases that are not decided do not count."""
         decided = [case.holds for case in self.cases if case.holds is not None]
@@ -87,15 +104,44 @@ class Verdict:
 
     @property
     def condition(self) -> str:
-        """The condition under which it holds, as short as the cases allow; empty where there is none."""
+        """Where it holds, or where it does not if that is shorter; empty where there is no condition."""
         if self.status is not Status.CONDITION:
             return ""
-        return condition([case for case in self.cases if case.holds is not None])
+        good, bad = ([case.factors for case in self.cases if case.holds is wanted] for wanted in (True, False))
+        holding, failing = where.groups(good, bad), where.groups(bad, good)
+        shorter = len(failing) < len(holding)
+        return f"except {where.in_words(failing)}" if shorter else where.in_words(holding)
+
+    @property
+    def outcome(self) -> str:
+        """The outcome in whole words: `holds against LQR and Stanley on linear tyres (3 of 8 cases)`."""
+        decided = [case.holds for case in self.cases if case.holds is not None]
+        n, left = len(decided), len(self.cases) - len(decided)
+        rest = f"; {left} more cannot be compared" if left else ""
+        match self.status:
+            case Status.HOLDS:
+                return f"holds in {_ALL.get(n, f'all {n} cases')}{rest}"
+            case Status.FAILS:
+                return f"does not hold in {_ANY.get(n, f'any of the {n} cases')}{rest}"
+            case Status.CONDITION:
+                return f"holds {self.condition} ({sum(decided)} of {counted(n)}{rest})"
+            case Status.OPEN:
+                return f"not decided: {counted(left)} that cannot be compared" if left else "not decided: no case"
 
     @property
     def open_cases(self) -> tuple[str, ...]:
         """The cases that are not decided."""
         return tuple(str(case) for case in self.cases if case.holds is None)
+
+    @property
+    def speaking_against(self) -> dict[str, int]:
+        """In how many of the cases each metric speaks against the claim."""
+        return dict(Counter(metric for case in self.cases for metric in case.against))
+
+
+def unmet(met: Mapping[str, bool]) -> tuple[str, ...]:
+    """The metrics whose condition is not met."""
+    return tuple(name for name, is_met in met.items() if not is_met)
 
 
 def verdict_data(verdict: Verdict) -> dict[str, Any]:
@@ -105,6 +151,7 @@ def verdict_data(verdict: Verdict) -> dict[str, Any]:
         "words": verdict.words,
         "verdict": verdict.status.value,
         "condition": verdict.condition,
+        "outcome": verdict.outcome,
         "cannot_be_compared": list(verdict.open_cases),
         "decided_by": verdict.decided_by,
         "cases": [
@@ -114,6 +161,7 @@ def verdict_data(verdict: Verdict) -> dict[str, Any]:
                 "numbers": {number.name: number.value for number in case.measured if not number.is_time},
                 "runs": list(case.runs),
                 "note": case.note,
+                "speaks_against": list(case.against),
             }
             for case in verdict.cases
         ],
@@ -125,29 +173,3 @@ def time_data(verdict: Verdict) -> list[dict[str, float]]:
     """The wall times of a verdict, case by case; empty where no case has any."""
     times = [{number.name: number.value for number in case.measured if number.is_time} for case in verdict.cases]
     return times if any(times) else []
-
-
-def condition(cases: Sequence[Case]) -> str:
-    """What the cases in which a claim holds have in common, in as few factors as explain it."""
-    names = list(dict.fromkeys(name for case in cases for name in case.factors))
-    for chosen in ([name] for name in names):
-        if text := _explained(cases, chosen):
-            return text
-    for i, name in enumerate(names):
-        for other in names[i + 1 :]:
-            if text := _explained(cases, [name, other]):
-                return text
-    return _explained(cases, names)
-
-
-def _explained(cases: Sequence[Case], names: Sequence[str]) -> str:
-    """The combinations of some factors in which the claim holds, or fails; empty where these do not explain it."""
-    outcomes: dict[str, set[bool]] = {}
-    for case in cases:
-        combination = " / ".join(f"{name} {case.factors[name]}" for name in names if name in case.factors)
-        outcomes.setdefault(combination or "otherwise", set()).add(bool(case.holds))
-    if any(len(values) > 1 for values in outcomes.values()):
-        return ""
-    good = [text for text, values in outcomes.items() if values == {True}]
-    bad = [text for text, values in outcomes.items() if values == {False}]
-    return f"except for {'; '.join(bad)}" if len(bad) < len(good) else f"only for {'; '.join(good)}"

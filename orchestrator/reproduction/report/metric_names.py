@@ -1,4 +1,4 @@
-"""The titles of metrics in the report's tables, their order, and how values are written."""
+"""The titles of metrics in the report's tables, their order, and how values and verdicts are written."""
 
 from __future__ import annotations
 
@@ -77,10 +77,15 @@ def metric_title(name: str) -> str:
     return METRIC_TITLES.get(name, name)
 
 
+def deciding_title(name: str) -> str:
+    """The title of a metric that decides a case."""
+    return _DECIDING_TITLES.get(name, name)
+
+
 def labelled(number: DecidingNumber) -> str:
     """A number of a case with its title."""
-    title = _DECIDING_TITLES.get(number.metric, number.metric)
-    return f"{title}{f', {number.of}' if number.of else ''}: {written(number.value)}"
+    of = f", {number.of}" if number.of else ""
+    return f"{deciding_title(number.metric)}{of}: {written(number.value)}"
 
 
 def written(value: float) -> str:
@@ -88,6 +93,11 @@ def written(value: float) -> str:
     if value == round(value) and abs(value) < 1e6:  # noqa: PLR2004 - longer ones are no counts
         return f"{value:.0f}"
     return f"{value:.3g}"
+
+
+def sentence(text: str) -> str:
+    """A phrase as a sentence."""
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def percentage(share: float) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any, Final, cast
 
-from markdown_it import MarkdownIt
 from markdown_it.renderer import RendererHTML
 from markdown_it.token import Token
 from markdown_it.utils import OptionsDict
@@ -14,12 +14,31 @@ from markupsafe import Markup
 
 from orchestrator.pictures.templating import embedded, templates
 from orchestrator.reproduction.paper.verdict import Verdict
-from orchestrator.reproduction.report.metric_names import labelled, metric_tables, metric_title, percentage, written
+from orchestrator.reproduction.paper.where import counted
+from orchestrator.reproduction.report import headings
+from orchestrator.reproduction.report.metric_names import (
+    deciding_title,
+    labelled,
+    metric_tables,
+    metric_title,
+    percentage,
+    sentence,
+    written,
+)
 
 _TEMPLATES: Final = templates(Path(__file__).parent / "templates")
 # jinja2 annotates this dictionary with the types of its own filters only
 cast(dict[str, Any], _TEMPLATES.filters).update(
-    labelled=labelled, metric_tables=metric_tables, metric_title=metric_title, percentage=percentage, written=written
+    anchor=headings.anchor,
+    counted=counted,
+    deciding_title=deciding_title,
+    labelled=labelled,
+    metric_tables=metric_tables,
+    metric_title=metric_title,
+    percentage=percentage,
+    sections=headings.sections,
+    sentence=sentence,
+    written=written,
 )
 
 
@@ -31,7 +50,13 @@ def markdown(content: Mapping[str, Any], verdicts: Mapping[str, Sequence[Verdict
         verdicts: The verdicts in it as objects: `claims` and `goals`, and with a varied set `varied`.
     """
     folders = {run["name"]: run["folder"] for run in content["runs"]}
-    return _TEMPLATES.get_template("report.md.jinja").render(content=content, verdicts=verdicts, folders=folders)
+    text = _TEMPLATES.get_template("report.md.jinja").render(
+        content=content,
+        judged=[*verdicts["claims"], *verdicts["goals"]],
+        on_variations={verdict.claim: verdict for verdict in verdicts.get("varied", ())},
+        folders=folders,
+    )
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
 def html(text: str, folder: Path) -> str:
@@ -41,7 +66,7 @@ def html(text: str, folder: Path) -> str:
         text: The report as Markdown.
         folder: The folder that the paths of the figures refer to.
     """
-    converter = MarkdownIt("commonmark", {"html": False}).enable("table")
+    converter = headings.converter()
     converter.add_render_rule("image", _embedded)
     converter.add_render_rule("table_open", lambda *_: '<div class="wide"><table>\n')
     converter.add_render_rule("table_close", lambda *_: "</table></div>\n")

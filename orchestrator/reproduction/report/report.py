@@ -37,6 +37,8 @@ class Report:
     goals: Sequence[Verdict]
     figures: Sequence[ReportFigure]
     """The figures that were drawn."""
+    made: str
+    """When it was made, as `provenance.now` says it."""
     varied: JudgedSet | None = None
 
 
@@ -57,7 +59,9 @@ def write(report: Report, folder: Path) -> None:
 
 
 def content(report: Report, folder: Path) -> dict[str, Any]:
-    """The report as plain data; all but `timings` is the same in every reproduction with the same versions.
+    """The report as plain data.
+
+    With the same versions, all but `made`, `timings` and what these decide is the same in every reproduction.
 
     Args:
         report: The report.
@@ -67,6 +71,8 @@ def content(report: Report, folder: Path) -> dict[str, Any]:
     results |= {r.name: r for curve in report.evidence.curves for r in curve.points}
     varied = report.varied
     return {
+        "made": report.made,
+        "versions": versions(),
         "runs": [_run(report.outcomes[name], r, folder) for name, r in results.items()],
         "sweeps": [
             {"name": c.name, "label": c.label, "plant": c.plant, "runs": [p.name for p in c.points]}
@@ -76,9 +82,11 @@ def content(report: Report, folder: Path) -> dict[str, Any]:
         "goals": [verdict_data(v) for v in report.goals],
         "distances": dict(report.evidence.distances),
         "off_path": dict(report.evidence.off_path),
-        "figures": [{"file": figure_file(figure), "caption": figure.caption} for figure in report.figures],
+        "figures": [
+            {"file": figure_file(figure), "caption": figure.caption, "claims": list(figure.claims)}
+            for figure in report.figures
+        ],
         "varied": None if varied is None else {**varied_content.content(varied), "figure": VARIED_FIGURE},
-        "versions": versions(),
         "timings": _timings(report),
     }
 

@@ -13,17 +13,18 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from orchestrator.pictures.figure_parts import DPI, WIDTH
+from orchestrator.pictures.figure_parts import DPI, EGO_COLOUR, WIDTH
 from orchestrator.pictures.signals import SignalColumns, signals
 from orchestrator.pictures.tracks import Track, distances, line_styles, trajectories, yaw_rates
 from orchestrator.reproduction.paper import matched
-from orchestrator.reproduction.paper.evidence import Evidence, Result
+from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
 from orchestrator.reproduction.paper.experiments import FigureKind, ReportFigure
 from orchestrator.reproduction.runs import Outcome
 from orchestrator.results.run_folder import SYSTEM
 from orchestrator.ssp import reader as ssp_reader
 
 _SMOOTHNESS_TITLES: Final = ("total variation of r [rad/s]", "rms yaw acceleration [rad/s2]")
+_WAY_COLOURS: Final = {AS_FMU: EGO_COLOUR, IN_PROCESS: "#8a9bb0"}
 
 
 def draw(planned: ReportFigure, outcomes: Mapping[str, Outcome], evidence: Evidence, path: Path) -> bool:
@@ -40,6 +41,8 @@ def draw(planned: ReportFigure, outcomes: Mapping[str, Outcome], evidence: Evide
     """
     if planned.kind is FigureKind.SMOOTHNESS:
         figure = _smoothness([r for r in evidence.results if r.name in planned.runs], evidence)
+    elif planned.kind is FigureKind.TIME:
+        figure = _times(evidence.timings)
     else:
         tracks = [track for name in planned.runs if (track := _track(outcomes[name])) is not None]
         figure = _DRAWN_FROM_TRACKS[planned.kind](tracks)
@@ -81,6 +84,25 @@ def _smoothness(single: Sequence[Result], evidence: Evidence) -> Figure | None:
         axes.tick_params(labelsize=8)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=6, fontsize=7, frameon=False)
+    return figure
+
+
+def _times(timings: Sequence[Timing]) -> Figure | None:
+    """The time per sample of each controller, in each way that it runs; the axis is logarithmic."""
+    if not timings:
+        return None
+    figure = Figure(figsize=(WIDTH, 0.7 + 0.2 * len(timings)), layout="constrained")
+    axes = figure.subplots()
+    names = [f"{timing.controller}, {timing.way}" for timing in timings]
+    p50, p99 = ([getattr(timing, name) for timing in timings] for name in ("p50_us", "p99_us"))
+    colours = [_WAY_COLOURS[timing.way] for timing in timings]
+    axes.barh(names, p50, height=0.65, color=colours)
+    axes.hlines(names, p50, p99, color="0.25", linewidth=1.2)
+    axes.invert_yaxis()
+    axes.set(xscale="log", xlabel="time per sample [us], p50 to p99")
+    axes.grid(visible=True, axis="x", color="0.88", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelsize=8)
     return figure
 
 

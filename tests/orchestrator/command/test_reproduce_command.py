@@ -40,5 +40,5 @@ def test_the_verdicts_are_told(macrostep, monkeypatch):
     monkeypatch.setattr(reproduction, "reproduce", lambda _, folder, *__: Reproduced(folder, verdicts))
     code, out, _ = macrostep("reproduce", "--out", "here")
     assert code == 0
-    assert "C1 it is smooth: holds under a condition only for tyre linear" in out
+    assert "C1 it is smooth: holds on linear tyres (1 of 2 cases)\n" in out
     assert "here/  report.html" in out

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from datetime import UTC, datetime
 
 import pytest
 
@@ -56,6 +57,7 @@ ratio_to = "mpc"
 name = "trajectory"
 kind = "trajectory"
 runs = ["mp", "two"]
+claims = ["C2"]
 caption = "Trajectories."
 
 [[figures]]
@@ -63,6 +65,12 @@ name = "curve"
 kind = "smoothness"
 runs = ["mp"]
 caption = "Smoothness."
+
+[[figures]]
+name = "times"
+kind = "time"
+claims = ["C8"]
+caption = "Times."
 """
 
 
@@ -113,18 +121,44 @@ def test_a_gain_at_its_own_value_is_the_run_itself(told):
 def test_times_stand_in_their_own_section_only(told):
     assert {t["controller"] for t in told["timings"]["controllers"]} == {"mpc", "lqr"}
     rest = json.dumps({name: part for name, part in told.items() if name != "timings"})
-    assert "p50_us" not in rest
+    assert not re.search(r'"p50_us[^"]*":', rest)  # it may be told that they decide, as the verdict itself is
     assert told["timings"]["claims"]["C8"][0].keys() == {"p50_us", "p50_us of LQR"}
+
+
+def test_it_tells_when_by_what_and_from_which_seed_it_was_made(made, told):
+    text = (made.folder / "report.md").read_text()
+    assert datetime.fromisoformat(told["made"]) <= datetime.now(UTC)
+    assert f"| date | {told['made'][:10]} " in text
+    assert f"| versions | macrostep {told['versions']['macrostep']}, python {told['versions']['python']}, " in text
+    assert "| seed | 5, from which the 3 variations are drawn |" in text
+
+
+def test_each_claim_is_told_with_its_verdict_numbers_reason_and_figure(made, told):
+    text = (made.folder / "report.md").read_text()
+    sections = re.split(r"^## ", text, flags=re.MULTILINE)
+    for verdict in told["claims"]:
+        (section,) = (s for s in sections if s.startswith(f"{verdict['claim']}: "))
+        outcome = verdict["outcome"]
+        assert f"**{outcome[0].upper()}{outcome[1:]}.**" in section
+        assert section.count("| yes |") + section.count("| no |") + section.count("| cannot be compared |") == len(
+            verdict["cases"]
+        )
+        assert "**Reason.** A case holds with: " in section
+    assert [re.findall(r"!\[.*\]\(figures/(.*)\)", s) for s in sections if s.startswith(("C2: ", "C8: "))] == [
+        ["trajectory.png"],
+        ["times.png"],
+    ]
 
 
 def test_the_page_needs_nothing_else_and_says_the_same_as_the_text(made):
     page, text = ((made.folder / f"report.{kind}").read_text() for kind in ("html", "md"))
     sources = re.findall(r'src="([^"]{0,30})', page)
-    assert len(sources) == 3  # two figures of the list, one of the varied set
+    assert len(sources) == 4  # three figures of the list, one of the varied set
     assert all(source.startswith("data:image/png;base64,") for source in sources)
     assert "http" not in page.replace("https://www.w3.org", "")
     for heading in re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE):
         assert f">{heading}</h" in page
+    assert all(f'id="{target}"' in page for target in re.findall(r'href="#([^"]*)"', page))
     assert "runs/mp/recording.rrd" in page
 
 

@@ -7,7 +7,7 @@ import pytest
 from orchestrator.reproduction.paper import claims
 from orchestrator.reproduction.paper.evidence import AS_FMU, IN_PROCESS, Evidence, Result, Timing
 from orchestrator.reproduction.paper.experiments import RunRole
-from orchestrator.reproduction.paper.verdict import Status
+from orchestrator.reproduction.paper.verdict import FAULT_NOTE, Status
 from tests.orchestrator.reproduction.made_results import ROUGH, SMOOTH, curve, lqr, mp, result
 
 CLAIMS = claims.CLAIMS
@@ -44,7 +44,9 @@ def test_c1_holds_below_the_curve_at_the_same_path_error():
 
 @pytest.mark.parametrize("point", [(0.3, 8, 0.1), (0.3, -8, 1.0)], ids=["r_dot", "total variation"])
 def test_c1_does_not_hold_where_the_curve_is_smoother_in_either_metric(point):
-    assert decide("C1", mp(), curves=(curve((0.1, 14, 1.0), point),)).status is Status.FAILS
+    verdict = decide("C1", mp(), curves=(curve((0.1, 14, 1.0), point),))
+    assert verdict.status is Status.FAILS
+    assert verdict.speaking_against == {"r_dot_rms" if point[2] < 1 else "r_total_variation": 1}
 
 
 def test_c1_takes_the_numbers_of_the_curve_by_interpolation_and_names_the_runs():
@@ -83,8 +85,8 @@ def test_c2_flips_with_either_path_error():
     assert decide("C2", mp(), lqr()).status is Status.HOLDS
     assert decide("C2", mp(path_error_rms=0.3), lqr(path_error_max=0.9)).status is Status.FAILS
     verdict = decide("C2", mp(**accurate), lqr(path_error_rms=0.3))
-    assert verdict.status is Status.CONDITION
-    assert verdict.condition == "only for method MP tuned"
+    assert verdict.outcome == "holds for MP tuned (1 of 2 cases)"
+    assert verdict.speaking_against == {"path_error_rms": 1}
 
 
 @pytest.mark.parametrize("claim", ["C3", "C4", "C5"])
@@ -107,7 +109,9 @@ def test_c3_to_c5_flip_with_who_is_smooth(claim):
     ],
 )
 def test_every_metric_that_decides_a_claim_can_bring_it_down(claim, metric):
-    assert decide(claim, mp(**{metric: 100.0}), lqr()).status is Status.FAILS
+    verdict = decide(claim, mp(**{metric: 100.0}), lqr())
+    assert verdict.status is Status.FAILS
+    assert verdict.speaking_against == {metric: 1}
 
 
 def test_runs_are_compared_within_a_plant_only():
@@ -123,7 +127,9 @@ def test_runs_are_compared_within_a_plant_only():
 def test_c6_flips_with_contact_edge_corridor_and_smoothness(metrics):
     other = lqr(task="dynamic")
     assert decide("C6", mp(task="dynamic"), other).status is Status.HOLDS
-    assert decide("C6", mp(task="dynamic", **metrics), other).status is Status.FAILS
+    verdict = decide("C6", mp(task="dynamic", **metrics), other)
+    assert verdict.status is Status.FAILS
+    assert verdict.speaking_against == dict.fromkeys(metrics, 1)
 
 
 def test_c6_is_about_moving_obstacles_only():
@@ -133,12 +139,23 @@ def test_c6_is_about_moving_obstacles_only():
 @pytest.mark.parametrize("changed", [{"distance": 0.02}, {"failures": 1.0}, {"own": 200.0}], ids=str)
 def test_c7_flips_with_trajectory_failures_and_time(changed):
     assert CLAIMS["C7"](algorithms()).status is Status.HOLDS
-    assert CLAIMS["C7"](algorithms(**changed)).status is Status.FAILS
+    verdict = CLAIMS["C7"](algorithms(**changed))
+    assert verdict.status is Status.FAILS
+    assert verdict.speaking_against == {"p50_us" if name == "own" else name: 1 for name in changed}
 
 
 def test_c8_flips_with_the_time_per_sample():
     assert CLAIMS["C8"](times(mpc=5.0, other=6.0)).status is Status.HOLDS
     assert CLAIMS["C8"](times(mpc=7.0, other=6.0)).status is Status.FAILS
+    assert CLAIMS["C8"](times(mpc=7.0, other=6.0)).speaking_against == {"p50_us": 1}
+
+
+@pytest.mark.parametrize(
+    ("claim", "metric"),
+    [("C2", "path_error_rms"), ("C2", "path_error_max"), ("C4", "r_peak"), ("C5", "r_sign_changes")],
+)
+def test_a_metric_that_is_no_number_speaks_against_a_claim(claim, metric):
+    assert metric in decide(claim, mp(**{metric: float("nan")}), lqr()).speaking_against
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
@@ -152,6 +169,8 @@ def test_a_run_that_ended_in_a_fault_decides_against_the_method_whatever_it_meas
     found = curve((0.1, 14, 2.0), (0.3, 8, 1.0))
     verdict = decide(claim, broken, lqr(), curves=(found,))
     assert verdict.status is (Status.CONDITION if claim == "C2" else Status.FAILS)
+    assert verdict.cases[0].note == FAULT_NOTE
+    assert verdict.speaking_against == {}
 
 
 def test_a_baseline_that_ended_in_a_fault_decides_nothing():
@@ -163,4 +182,5 @@ def test_claims_hold_for_some_settings_under_the_condition_that_names_them():
     literal = result(RunRole.MP, ROUGH, "MP literal", r_dot_rms=3.0, delta_f_rate_rms=2.0)
     verdict = decide("C3", mp(), literal, lqr())
     assert verdict.status is Status.CONDITION
-    assert verdict.condition == "only for setting MP tuned"
+    assert verdict.outcome == "holds with MP tuned (1 of 2 cases)"
+    assert verdict.speaking_against == {"r_dot_rms": 1, "delta_f_rate_rms": 1}

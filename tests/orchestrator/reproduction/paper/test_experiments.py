@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from components.interfaces.problem import RequestError
-from orchestrator.reproduction.paper import experiments
+from orchestrator.reproduction.paper import claims, experiments
 from orchestrator.reproduction.paper.experiments import FigureKind, RunRole
 
 
@@ -72,3 +72,10 @@ def test_a_sweep_is_one_run_for_each_value():
     made = sweep.runs()
     assert [run.settings for run in made] == [(f"controller.k={value!r}",) for value in sweep.values]
     assert all(run.role is RunRole.SWEEP for run in made)
+
+
+def test_every_claim_and_the_goal_have_a_figure_of_their_own():
+    judged = [*claims.CLAIMS, "plus"]
+    figures = experiments.load().figures
+    assert {figure.claims[0] for figure in figures} == set(judged)
+    assert {claim for figure in figures for claim in figure.claims} <= set(judged)

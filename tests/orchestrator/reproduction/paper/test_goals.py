@@ -19,7 +19,8 @@ from tests.orchestrator.reproduction.made_results import SMOOTH, mp, result
 def test_the_goal_flips_with_contact_edge_accuracy_and_smoothness(metrics):
     def decided(**changed):
         plus = result(RunRole.PLUS, {**SMOOTH, "r_dot_rms": 0.4}, "mpc-plus", **changed)
-        return goals.nominal(Evidence((mp(), plus))).status
+        return goals.nominal(Evidence((mp(), plus)))
 
-    assert decided() is Status.HOLDS
-    assert decided(**metrics) is Status.FAILS
+    assert decided().status is Status.HOLDS
+    assert decided(**metrics).status is Status.FAILS
+    assert decided(**metrics).speaking_against == dict.fromkeys(metrics, 1)

@@ -11,6 +11,7 @@ from orchestrator.reproduction.report.metric_names import (
     metric_tables,
     metric_title,
     percentage,
+    sentence,
     written,
 )
 
@@ -42,3 +43,7 @@ def test_the_tables_have_every_titled_metric_once_and_others_under_their_own_nam
 
 def test_what_no_run_has_gets_no_column():
     assert metric_tables([{"metrics": {"v_x_min": 9.0}}, {"metrics": {}}]) == [("Limits and speed", ["v_x_min"])]
+
+
+def test_a_verdict_becomes_a_sentence_whose_names_stay_what_they_are():
+    assert sentence("holds against LQR") == "Holds against LQR."
