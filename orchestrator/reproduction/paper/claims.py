@@ -166,8 +166,8 @@ def c7(evidence: Evidence) -> Verdict:
     return Verdict(
         "C7",
         "three algorithms, active set chosen",
-        f"active set: the same trajectory within {SAME_TRAJECTORY:g} m, no more failed solves, and no more time per "
-        "sample than the other algorithm (both in this process)",
+        f"the same trajectory within {SAME_TRAJECTORY:g} m, and for the active set no more failed solves and no more "
+        "time per sample than for the other algorithm (both in this process)",
         tuple(cases),
         tuple(notes),
     )

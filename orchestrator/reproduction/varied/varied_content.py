@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -110,26 +111,30 @@ def _evidence(results: CaseResults, varied: VariedSet) -> Evidence:
 
 def _over_all_cases(varied: VariedSet, claim: Callable[[Evidence], Verdict]) -> Verdict:
     """The verdict on a claim whose cases are the comparisons, each over all cases of the varied set."""
-    outcomes: dict[tuple[tuple[str, str], ...], list[bool | None]] = {}
+    comparisons: dict[tuple[tuple[str, str], ...], list[Case]] = {}
     verdicts = [claim(_evidence(results, varied)) for results in varied.cases]
     for verdict in verdicts:
         for case in verdict.cases:
-            outcomes.setdefault(tuple(case.factors.items()), []).append(case.holds)
-    cases = tuple(_gathered(dict(factors), holds) for factors, holds in outcomes.items())
+            comparisons.setdefault(tuple(case.factors.items()), []).append(case)
+    cases = tuple(_gathered(dict(factors), of) for factors, of in comparisons.items())
     first = verdicts[0]
     decided_by = f"{first.decided_by}; in at least {REQUIRED_SHARE:.0%} of the variations that can be compared"
     return Verdict(first.claim, first.words, decided_by, cases)
 
 
-def _gathered(factors: Mapping[str, str], outcomes: Sequence[bool | None]) -> Case:
-    decided = [holds for holds in outcomes if holds is not None]
+def _gathered(factors: Mapping[str, str], cases: Sequence[Case]) -> Case:
+    """One comparison over all cases; what speaks against it in most of them comes first."""
+    decided = [case.holds for case in cases if case.holds is not None]
     share = sum(decided) / len(decided) if decided else 0.0
     numbers = (
         DecidingNumber("share", share),
         DecidingNumber("cases", float(len(decided))),
-        DecidingNumber("cannot be compared", float(len(outcomes) - len(decided))),
+        DecidingNumber("cannot be compared", float(len(cases) - len(decided))),
     )
-    return Case(factors, share >= REQUIRED_SHARE if decided else None, numbers, ())
+    holds = share >= REQUIRED_SHARE if decided else None
+    counts = Counter(metric for case in cases for metric in case.against)
+    against = tuple(metric for metric, _ in counts.most_common()) if holds is False else ()
+    return Case(factors, holds, numbers, (), against=against)
 
 
 def _distribution(controller: VariedController, varied: VariedSet) -> dict[str, Any]:

@@ -49,6 +49,7 @@ def test_a_claim_holds_on_the_varied_set_where_it_holds_in_nearly_all_cases(smoo
     c3 = next(v for v in told["claims"] if v["claim"] == "C3")
     assert c3["verdict"] == verdict
     assert c3["cases"][0]["numbers"]["share"] == smoother / 20
+    assert c3["cases"][0]["speaks_against"] == ([] if verdict == "holds" else ["r_dot_rms", "delta_f_rate_rms"])
     assert c3["decided_by"].endswith("in at least 95% of the variations that can be compared")
 
 
