@@ -31,16 +31,22 @@ def anchor(title: str) -> str:
 
 def sections(text: str) -> list[tuple[str, str]]:
     """The title of each section of a Markdown text, and the name of its place."""
-    tokens = converter().parse(text)
-    titles = [tokens[i + 1].content for i, t in enumerate(tokens) if t.type == "heading_open" and t.tag == _SECTION]
-    return [(title, anchor(title)) for title in titles]
+    tokens, used = converter().parse(text), dict[str, int]()
+    headings = [(token.tag, tokens[i + 1].content) for i, token in enumerate(tokens) if token.type == "heading_open"]
+    places = [(tag, title, _place(title, used)) for tag, title in headings]
+    return [(title, place) for tag, title, place in places if tag == _SECTION]
+
+
+def _place(title: str, used: dict[str, int]) -> str:
+    """The name of the place of the next heading; the second of the same title is told from the first by a number."""
+    name = anchor(title)
+    used[name] = used.get(name, -1) + 1
+    return f"{name}-{used[name]}" if used[name] else name
 
 
 def _with_anchor(
     renderer: RendererHTML, tokens: Sequence[Token], at: int, options: OptionsDict, env: MutableMapping[str, Any]
 ) -> str:
-    """A heading with the name of its place; the second of the same title is told from the first by a number."""
-    name, used = anchor(tokens[at + 1].content), env.setdefault("anchors", {})
-    used[name] = used.get(name, -1) + 1
-    tokens[at].attrs["id"] = f"{name}-{used[name]}" if used[name] else name
+    """A heading with the name of its place."""
+    tokens[at].attrs["id"] = _place(tokens[at + 1].content, env.setdefault("anchors", {}))
     return renderer.renderToken(tokens, at, options, env)

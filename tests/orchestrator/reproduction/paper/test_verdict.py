@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from itertools import product
 
 import pytest
 
-from orchestrator.reproduction.paper import where
 from orchestrator.reproduction.paper.verdict import Case, DecidingNumber, Verdict, time_data, verdict_data
 
 
@@ -65,19 +63,6 @@ def test_an_exception_is_told_where_that_is_shorter():
     two = [("literal", "Stanley", "linear"), ("literal", "pure pursuit", "linear")]
     told = outcome(*compared([one for one in holding if one not in two], undecided=two))
     assert told == "holds except with MP literal on saturating tyres (5 of 6 cases; 2 more cannot be compared)"
-
-
-def test_a_condition_is_true_of_the_cases_it_is_told_of_and_of_no_others():
-    """Whatever holds, the words name those cases: each group of factors has cases that hold only."""
-    cases = compared(())
-    for holding in product((True, False), repeat=len(cases)):
-        good = [c.factors for c, holds in zip(cases, holding, strict=True) if holds]
-        bad = [c.factors for c, holds in zip(cases, holding, strict=True) if not holds]
-        found = where.groups(good, bad)
-        within = [
-            any(all(c.factors[name] in values for name, values in group.items()) for group in found) for c in cases
-        ]
-        assert within == list(holding)
 
 
 @pytest.mark.parametrize(

@@ -130,11 +130,6 @@ def test_every_link_inside_the_page_leads_to_one_place(varied_text, folder):
     assert {"c1-it-is-smooth", "c1-on-the-variations", "metrics-of-the-runs"} <= set(targets)
 
 
-def test_a_title_that_stands_twice_has_two_places(folder):
-    page = html("# A, b\n\n## A b\n\n### A `b`!\n", folder)
-    assert re.findall(r'<h\d id="([^"]*)"', page) == ["a-b", "a-b-1", "a-b-2"]
-
-
 def test_a_claim_is_told_in_the_readers_order(varied_text):
     at = varied_text.index("## C1: it is smooth")
     parts = (
