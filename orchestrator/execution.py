@@ -110,7 +110,7 @@ def execute(
             undisturbed.enter_context(run.rows)
             try:
                 run.begin()
-                progress.now(f"stepping {scenario.name}")
+                progress.now(lambda: f"stepping {scenario.name}: {simulation.time:.4g} s of {scenario.until:g} s")
                 ended = fault or run.step()
             except KeyboardInterrupt as interrupt:  # Ctrl-C before the first step
                 ended = fault or interrupt

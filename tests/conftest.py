@@ -84,6 +84,8 @@ def in_tmp_path(tmp_path, monkeypatch):
 def macrostep(in_tmp_path, monkeypatch, capsys):
     """Types `macrostep ...` in a new folder; gives the exit code and what stands on stdout and on stderr."""
 
+    monkeypatch.setattr("orchestrator.command.console.TELLS_EVERY", 1e6)  # on a loaded machine there would be lines
+
     def call(*arguments):
         monkeypatch.setattr(sys, "argv", ["macrostep", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:

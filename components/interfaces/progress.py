@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, Protocol, final
 
 
 class Progress(Protocol):
     """Receives reports on the progress of a long operation."""
 
-    def now(self, text: str) -> None:
+    def now(self, text: str | Callable[[], str]) -> None:
         """Report what is going on from now on; the next report replaces this one.
 
         Args:
-            text: A short phrase such as `drawing the figures`.
+            text: A short phrase such as `drawing the figures`, or what gives the phrase whenever it is asked, from any
+                thread.
         """
         ...
 
@@ -27,7 +29,7 @@ class Progress(Protocol):
 
 @final
 class _Silent:
-    def now(self, text: str) -> None:
+    def now(self, text: str | Callable[[], str]) -> None:
         pass
 
     def done(self, text: str) -> None:

@@ -88,7 +88,7 @@ def build_all(
         if job.stamp is None or not job.stamp.fits(job.path, with_compiler=available is not None)
     ]
     if stale:
-        compiler = required_compiler()
+        compiler = required_compiler("run blocks in this process: macrostep run SCENARIO --blocks")
         for parent in dict.fromkeys(job.path.parent for job in stale):
             writable_folder(parent)
         _build(stale, compiler, progress)
@@ -108,7 +108,7 @@ def request_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]
     if block.native:
         return start_problems(block, start)
     found = "equations that call a library, which do not become C"
-    return [Problem(f"block `{block.name}`", found, "a native block", "Run it in this process, with --blocks.")]
+    return [Problem(f"block `{block.name}`", found, "a native block", "Run it so: macrostep run SCENARIO --blocks.")]
 
 
 def start_problems(block: type[Block[Any, Any, Any]], start: Mapping[str, Any]) -> list[Problem]:

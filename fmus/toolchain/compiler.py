@@ -81,8 +81,11 @@ def find_compiler() -> Compiler | None:
     return _find(os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
-def required_compiler() -> Compiler:
+def required_compiler(instead: str = "") -> Compiler:
     """The compiler that `find_compiler` gives.
+
+    Args:
+        instead: What to do without one, for the message.
 
     Raises:
         RequestError: There is none.
@@ -91,7 +94,7 @@ def required_compiler() -> Compiler:
     if compiler is None:
         named = os.environ.get("CC", "")
         found = f"CC={named}, which cannot be run" if named else "no C compiler"
-        remedy = "Install gcc or clang (Debian: apt-get install gcc), or run with --blocks."
+        remedy = f"Install gcc or clang (Debian: apt-get install gcc){instead and f', or {instead}'}."
         raise refuse("building FMUs", found, "cc, gcc or clang on the PATH, or CC naming one", remedy)
     return compiler
 

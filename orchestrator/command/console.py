@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+import threading
+import time
+from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, final
 
@@ -25,6 +27,8 @@ WRONG: Final = 2
 INTERRUPTED: Final = 130
 """Exit code: Ctrl-C."""
 
+TELLS_EVERY: Final = 5.0
+"""[s] The time between two lines on the progress where there is no terminal."""
 _LONGEST: Final = 10_000
 """[characters] What is longer is left out in the middle: a file may hold a name of any length."""
 
@@ -57,26 +61,50 @@ err = _PlainConsole(stderr=True)
 
 @final
 class StatusLine:
-    """The progress of a command: a status line on terminals, and lines that stay for results everywhere."""
+    """The progress of a command: a status line on terminals, and lines that stay for results everywhere.
+
+    Where there is no terminal, a line every `TELLS_EVERY` seconds says what is going on.
+    """
 
     def __init__(self, status: Status) -> None:
-        self._status = status
+        self._status, self._began = status, time.monotonic()
+        self._text: str | Callable[[], str] = "starting"
+        self._over = threading.Event()
+        if not err.is_terminal:
+            threading.Thread(target=self._tell, args=(TELLS_EVERY,), daemon=True).start()
 
-    def now(self, text: str) -> None:
+    def __rich__(self) -> Text:
+        """What is going on, as the status line shows it whenever it is drawn."""
+        return Text(visible(self._text if isinstance(self._text, str) else self._text()))
+
+    def now(self, text: str | Callable[[], str]) -> None:
         """Show in the status line what is going on."""
-        self._status.update(Text(visible(text)))
+        self._text = text
+        self._status.update(self)
 
     def done(self, text: str) -> None:
         """Print a result on a line of its own."""
         self.now(text)
         err.print(text)
 
+    def end(self) -> None:
+        """Nothing is going on any more."""
+        self._over.set()
+
+    def _tell(self, seconds: float) -> None:
+        while not self._over.wait(seconds):
+            print_message(f"{self.__rich__()} ({time.monotonic() - self._began:.0f} s)")
+
 
 @contextmanager
 def working() -> Generator[Progress]:
     """Show the progress of the work in the block."""
     with err.status("starting") as status:
-        yield StatusLine(status)
+        line = StatusLine(status)
+        try:
+            yield line
+        finally:
+            line.end()
 
 
 def print_message(text: str) -> None:

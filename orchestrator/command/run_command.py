@@ -66,6 +66,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
     ] = False,
     web: Annotated[bool, _watching("--web", help="Live in the browser, served to this machine only.")] = False,  # noqa: FBT002
     connect: Annotated[str | None, _watching(metavar="URL", help="Live in a viewer that is already open.")] = None,
+    wait: Annotated[bool, _watching("--wait", help="Live: begin when somebody watches.")] = False,  # noqa: FBT002
     realtime: Annotated[
         float | None, _watching(metavar="FACTOR", help="Keep pace with the clock: 1 is real time, 2 is faster.")
     ] = None,
@@ -82,7 +83,7 @@ def run(  # noqa: PLR0913 - one parameter per option of the command
             from orchestrator.viewing.live import LiveStream, live_options  # noqa: PLC0415
 
             beside: Companions = context.obj
-            stream_options = live_options(live=live, viewer=not no_viewer, web=web, url=connect)
+            stream_options = live_options(live=live, viewer=not no_viewer, web=web, url=connect, wait=wait)
             loaded = load(scenario, options, progress)
             stream = (
                 None if stream_options is None else watching.enter_context(LiveStream(stream_options, print_message))

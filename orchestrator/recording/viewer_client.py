@@ -13,15 +13,23 @@ from typing import Any, Final
 
 from rerun.experimental import ViewerClient
 
-_ANSWERS_WITHIN: Final = 30.0
-"""[s] The time within which the viewer must answer, and load a recording."""
+_ANSWERS_WITHIN: Final = 900.0
+"""[s] The time within which a viewer that lives must answer, and load a recording, on a machine that is busy."""
+_EMPTY_AFTER: Final = 300
+"""The answers of a viewer that loads nothing and shows nothing, after which there is nothing to show."""
 _HAS_ROWS_WITHIN: Final = 5.0
 """[s] The time within which the timeline of a recording with rows can be moved."""
-_DRAWS_WITHIN: Final = 10.0
+_DRAWS_WITHIN: Final = 120.0
 """[s] The time after which a picture is taken even though it still changes."""
 
 
-def screenshots(url: str, recording: Path, times: Sequence[float | None], settle: float) -> Iterator[bytes]:
+def screenshots(
+    url: str,
+    recording: Path,
+    times: Sequence[float | None],
+    settle: float,
+    lives: Callable[[], bool] = lambda: True,
+) -> Iterator[bytes]:
     """Open a recording in the viewer at a URL and take pictures of the window.
 
     Args:
@@ -30,6 +38,7 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None], settle
         times: One picture is taken at each of these times [s] on the timeline `sim_time`; None is where the viewer
             opens.
         settle: Pause [s] between loading the recording and the first picture.
+        lives: Whether the viewer's program runs; it is not waited for when it has ended.
 
     Yields:
         The content of one PNG file for each of the `times`.
@@ -39,9 +48,9 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None], settle
         ValueError: The viewer finds nothing to show.
     """
     try:
-        viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN)
-        _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN)
-        if not _loads(viewer):
+        viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN, lives)
+        _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN, lives)
+        if not _loads(viewer, lives):
             raise ValueError("nothing that the viewer can show")
         clock.sleep(settle)
         for time in times:
@@ -49,31 +58,32 @@ def screenshots(url: str, recording: Path, times: Sequence[float | None], settle
                 move = partial(viewer.set_time, "sim_time", duration=time, play_state="paused")
                 # A run without rows has no timeline to move; a viewer that is gone shows in the next line.
                 with contextlib.suppress(RuntimeError, OSError):
-                    _retried(move, _HAS_ROWS_WITHIN)
+                    _retried(move, _HAS_ROWS_WITHIN, lives)
             yield _still_picture(viewer)
     except (RuntimeError, OSError) as error:
         raise ConnectionError(str(error).partition("\n")[0]) from error
 
 
-def _retried(action: Callable[[], Any], seconds: float) -> Any:
-    """The result of an action that may fail until a deadline has passed."""
+def _retried(action: Callable[[], Any], seconds: float, lives: Callable[[], bool]) -> Any:
+    """The result of an action that may fail until a deadline has passed, or the viewer has ended."""
     deadline = clock.monotonic() + seconds
     while True:
         try:
             return action()
         except (RuntimeError, OSError):
-            if clock.monotonic() > deadline:
+            if clock.monotonic() > deadline or not lives():
                 raise
             clock.sleep(0.1)
 
 
-def _loads(viewer: ViewerClient) -> bool:
-    """Wait until a recording is loaded and has views; tells whether that happens in time."""
-    deadline = clock.monotonic() + _ANSWERS_WITHIN
-    while clock.monotonic() < deadline:
+def _loads(viewer: ViewerClient, lives: Callable[[], bool]) -> bool:
+    """Wait until a recording is loaded and has views; tells whether that happens before very many answers."""
+    answers = 0
+    while answers < _EMPTY_AFTER and lives():
         state = viewer.get_state()
         if state.recordings and state.views and not state.loading:
             return True
+        answers += not state.loading
         clock.sleep(0.1)
     return False
 

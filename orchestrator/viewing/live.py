@@ -28,6 +28,8 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 
 _FOLLOWS_WITHIN: Final = 1.5
 """[s] The time after the last tick within which a viewer at an address must have received the whole run."""
+_PAUSE: Final = 0.2
+"""[s] The time after which it is asked again whether a viewer is there."""
 _URL: Final = re.compile(r"rerun(\+https?)?://([^/\s:]+|\[[0-9a-f:]+\])(:(?P<port>\d+))?/proxy", re.IGNORECASE)
 
 
@@ -41,6 +43,8 @@ class LiveOptions:
     """Whether to open the browser instead."""
     url: str | None = None
     """The address of a viewer that is already running, to use instead."""
+    wait: bool = False
+    """Whether the run begins only when somebody has opened the page, or when a viewer answers at the address."""
 
     def check(self) -> None:
         """Check the address.
@@ -54,7 +58,7 @@ class LiveOptions:
             raise refuse(f"--connect {self.url}", "no address of a viewer", f"rerun+http://HOST:{PORT}/proxy", remedy)
 
 
-def live_options(*, live: bool, viewer: bool, web: bool, url: str | None) -> LiveOptions | None:
+def live_options(*, live: bool, viewer: bool, web: bool, url: str | None, wait: bool = False) -> LiveOptions | None:
     """How a run is watched, from the options of the command.
 
     Args:
@@ -62,6 +66,7 @@ def live_options(*, live: bool, viewer: bool, web: bool, url: str | None) -> Liv
         viewer: Whether a window may open.
         web: Whether to use the browser.
         url: The address of a viewer that is already running.
+        wait: Whether the run waits for somebody who watches.
 
     Returns:
         The options; None without `live`.
@@ -70,12 +75,12 @@ def live_options(*, live: bool, viewer: bool, web: bool, url: str | None) -> Liv
         RequestError: Options exclude each other or need `live`, or the address is not that of a viewer.
     """
     if not live:
-        given = {"--no-viewer": not viewer, "--web": web, "--connect": url is not None}
+        given = {"--no-viewer": not viewer, "--web": web, "--connect": url is not None, "--wait": wait}
         raise_if_any(Problem(name, "no --live", "with --live only") for name, is_given in given.items() if is_given)
         return None
     if url is not None and (web or not viewer):
         raise refuse("--connect", "--web or --no-viewer too", "one of them")
-    options = LiveOptions(viewer, web, url)
+    options = LiveOptions(viewer, web, url, wait)
     options.check()
     return options
 
@@ -99,7 +104,7 @@ class LiveStream:
             self._process = stack.enter_context(RecordingProcess(TO_VIEWER))
             if self._options.url is None:
                 self._start(stack, folder / "live.rrd")
-            elif not answers(self._options.url):
+            elif not self._answers(self._options.url):
                 self._tell(f"no viewer answers at {self._options.url}; the run goes on without it")
                 self._sink = None
             self._stack = stack.pop_all()
@@ -119,6 +124,13 @@ class LiveStream:
             self._give_up()
         else:
             self._viewer, self._sink = stack.enter_context(viewer), path
+
+    def _answers(self, url: str) -> bool:
+        if self._options.wait and not answers(url):
+            self._tell(f"the run begins when a viewer answers at {url}")
+            while not answers(url):
+                time.sleep(_PAUSE)
+        return answers(url)
 
     def _give_up(self) -> None:
         self._tell("the viewer did not start; the run goes on without it")
@@ -140,6 +152,8 @@ class LiveStream:
         """Wait until the viewer can show rows as they come."""
         if self._sink is not None:
             self._process.wait_until_open()
+        if self._options.wait and self._sink is not None and self._viewer is not None:
+            self._viewer.wait_for_watcher()
 
     def end(self, about: Mapping[str, str]) -> None:
         """Tell the stream that there are no more rows; returns at once.

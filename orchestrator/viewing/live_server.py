@@ -23,6 +23,8 @@ from typing_extensions import override
 
 from fmus.toolchain.child_process import ParentProcess
 
+WATCHED: Final = "watched"
+"""The message that asks whether anybody has asked for the file."""
 _MOST_REQUESTS: Final = 64
 """The most requests that are served at a time, so that nobody can use up this process."""
 STALLS_AFTER: Final = 1.5
@@ -82,8 +84,8 @@ class LiveServer(socketserver.ThreadingTCPServer):
         self.file, self.port = file, int(self.server_address[1])
         self.hosts = [f"127.0.0.1:{self.port}", f"localhost:{self.port}"]
         self.complete = threading.Event()
-        self.active, self.sent = 0, 0
-        """The requests that are being answered, and the bytes [byte] that have been sent."""
+        self.asked, self.active, self.sent = 0, 0, 0
+        """The requests so far and those that are being answered, and the bytes [byte] that have been sent."""
         self._counting = threading.Lock()
         self._free = threading.BoundedSemaphore(_MOST_REQUESTS)
 
@@ -104,6 +106,7 @@ class LiveServer(socketserver.ThreadingTCPServer):
     def count(self, *, active: int = 0, sent: int = 0) -> None:
         """Count a request that begins or ends, or what has been sent."""
         with self._counting:
+            self.asked += active > 0
             self.active, self.sent = self.active + active, self.sent + sent
 
     def finish(self) -> int:
@@ -158,12 +161,16 @@ class _Request(BaseHTTPRequestHandler):
 
 
 def main() -> None:
-    """Serve what the first request says until the other process ends; the second says that the file is complete."""
+    """Serve what the first request says until the other process ends.
+
+    Each `WATCHED` is answered with the number of requests so far; any other message says that the file is complete.
+    """
     parent = ParentProcess()
     with suppress(EOFError), LiveServer(parent.request()) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         parent.answer(server.port)
-        parent.request()
+        while parent.request() == WATCHED:
+            parent.answer(server.asked)
         parent.answer(server.finish())
         parent.request()
 

@@ -21,7 +21,7 @@ from typing_extensions import override
 from fmus.toolchain.child_death import ChildDiedError, ChildSilentError
 from fmus.toolchain.child_process import ChildProcess
 from fmus.toolchain.typed_messages import UnreadableMessageError
-from orchestrator.viewing.live_server import STALLS_AFTER, LiveFile, growing
+from orchestrator.viewing.live_server import STALLS_AFTER, WATCHED, LiveFile, growing
 from orchestrator.viewing.rerun_program import (
     LOOPBACK,
     free_port,
@@ -66,6 +66,10 @@ class LiveViewer(ABC):
     @abstractmethod
     def complete(self) -> bool:
         """Say that nothing more is written, and wait as long as the rest is taken; return whether all of it was."""
+
+    @abstractmethod
+    def wait_for_watcher(self) -> None:
+        """Wait until somebody sees what is shown."""
 
     @abstractmethod
     def stay(self) -> None:
@@ -119,6 +123,10 @@ class LiveWindow(LiveViewer):
             fed = self._fed
             self._thread.join(STALLS_AFTER)
         return self._took_all
+
+    @override
+    def wait_for_watcher(self) -> None:
+        """The window is open."""
 
     @override
     def stay(self) -> None:
@@ -177,6 +185,13 @@ class LivePage(LiveViewer):
             return self._server.ask(file, _STARTS_WITHIN)
         except (ChildDiedError, ChildSilentError, UnreadableMessageError) as error:
             raise ViewerStartError from error
+
+    @override
+    def wait_for_watcher(self) -> None:
+        self._tell("the run begins when somebody opens the address")
+        with suppress(ChildDiedError, ChildSilentError, UnreadableMessageError):
+            while self.is_there and not self._server.ask(WATCHED, _STARTS_WITHIN):
+                time.sleep(_PAUSE)
 
     @override
     def complete(self) -> bool:

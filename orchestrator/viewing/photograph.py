@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -42,8 +42,8 @@ def photograph(recording: Path, times: Sequence[float | None], *, settle: float 
     from orchestrator.recording.viewer_client import screenshots  # noqa: PLC0415 - Rerun is slow to import
 
     try:
-        with headless_viewer() as url:
-            return list(screenshots(url, recording, times, settle))
+        with headless_viewer() as (url, lives):
+            return list(screenshots(url, recording, times, settle, lives))
     except ValueError as error:
         raise refuse(recording.name, str(error), "a recording of a run", "Run it again.") from error
     except ConnectionError as error:
@@ -78,11 +78,11 @@ def write_pictures(recording: Path, picture: Path, times: Sequence[float]) -> li
 
 
 @contextmanager
-def headless_viewer() -> Generator[str]:
+def headless_viewer() -> Generator[tuple[str, Callable[[], bool]]]:
     """Run the viewer without a window, on this machine only.
 
     Yields:
-        The URL at which it listens.
+        The URL at which it listens, and what says whether it still runs.
     """
     port = free_port(0)
     with scratch_folder("viewer") as scratch:
@@ -90,7 +90,7 @@ def headless_viewer() -> Generator[str]:
         how = ["--headless", "--hide-welcome-screen"]
         process = serve(port, how, environment={**os.environ, "TMPDIR": scratch})
         try:
-            yield address(port)
+            yield address(port), lambda: process.poll() is None
         finally:
             process.terminate()
             try:

@@ -124,7 +124,8 @@ def test_no_compiler_is_said_before_anything_is_generated(start_of: Start, tmp_p
         build(STATIONARY, Version.FMI2, stationary(start_of), tmp_path / "built")
     assert str(raised.value) == (
         "building FMUs: found no C compiler; valid: cc, gcc or clang on the PATH, or CC naming one. "
-        "Install gcc or clang (Debian: apt-get install gcc), or run with --blocks."
+        "Install gcc or clang (Debian: apt-get install gcc), "
+        "or run blocks in this process: macrostep run SCENARIO --blocks."
     )
     assert list(tmp_path.iterdir()) == []
 

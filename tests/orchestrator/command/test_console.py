@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import time
+
 import pytest
 from rich.table import Table
 
 from orchestrator.command import console
+from tests.waiting import wait_until
 
 
 @pytest.mark.parametrize("stream", [console.out, console.err], ids=["out", "err"])
@@ -20,6 +24,32 @@ def test_what_was_done_keeps_a_line_and_what_goes_on_does_not():
         progress.now("built to be seen for a moment")
         progress.done("an FMU")
     assert said.get() == "an FMU\n"
+
+
+def test_without_a_terminal_a_line_now_and_then_says_what_goes_on_and_how_long(monkeypatch, capfd):
+    monkeypatch.setattr(console, "TELLS_EVERY", 0.05)
+    ticks = iter(range(10**6))
+    with console.working() as progress:
+        progress.now(lambda: f"stepping: {next(ticks)} s of 9 s")
+        wait_until(lambda: next(ticks) > 4 or time.sleep(0.1))
+        progress.now("drawing\x1b[2J")
+        said = ""
+        while "drawing" not in said:
+            said += capfd.readouterr().err
+    lines = said.splitlines()
+    assert re.fullmatch(r"stepping: \d+ s of 9 s \(0 s\)", lines[0])
+    assert re.fullmatch(r"drawing\\x1b\[2J \(\d+ s\)", lines[-1])
+    capfd.readouterr()
+    time.sleep(0.2)
+    assert capfd.readouterr().err == ""
+
+
+def test_on_a_terminal_the_status_line_is_asked_whenever_it_is_drawn():
+    asked = []
+    line = console.StatusLine(console.err.status(""))
+    line.now(lambda: asked.append(1) or f"tick {len(asked)}")
+    assert [str(line.__rich__()), str(line.__rich__())] == ["tick 1", "tick 2"]
+    line.end()
 
 
 HOSTILE = "a [red]b[/blue] \x1b[2J\x1b]0;title\x07 \x9b31m \u202egnp.exe :x: ä\n\tend\r"

@@ -19,6 +19,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 from rerun.experimental import ViewerClient
@@ -32,6 +33,7 @@ from orchestrator.scenario.prepare import prepare
 from orchestrator.stepping.pacing import Pacer
 from orchestrator.viewing import live, live_viewers, rerun_program
 from orchestrator.viewing.live import LiveOptions, LiveStream, live_options
+from tests.waiting import wait_until
 
 # a stream that was saved has no footer, and Rerun says so
 pytestmark = pytest.mark.filterwarnings("ignore:RRD file has no footer")
@@ -320,9 +322,9 @@ def test_the_window_is_fed_by_its_standard_input_and_stays_when_the_run_is_over(
 
 
 @contextmanager
-def there_already():
+def there_already(port=None):
     """The address of a server that a person started before."""
-    port = rerun_program.free_port(0)
+    port = port or rerun_program.free_port(0)
     server = rerun_program.serve(port, ["--serve-grpc"])
     try:
         assert rerun_program.listens(port, 60, server)
@@ -348,6 +350,48 @@ def test_a_page_gets_what_the_recording_holds(no_display, tmp_path, monkeypatch)
         reading.start()
         assert_seen(stream, tmp_path, monkeypatch)
         reading.join()
+
+
+def test_a_run_that_waits_begins_when_somebody_opens_the_page(no_display, tmp_path):
+    said, stepped = [], []
+
+    def watched():
+        wait_until(lambda: "the run begins when somebody opens the address" in said)
+        time.sleep(0.3)
+        stepped.append(len(pd.read_parquet(tmp_path / "r" / "rows")))
+        save(page_and_file(said)[1], tmp_path / "seen.rrd")
+
+    with LiveStream(LiveOptions(viewer=False, wait=True), said.append) as stream:
+        reading = threading.Thread(target=watched)
+        reading.start()
+        made = prepare("static", Options(mode="blocks", stop_time=0.5))
+        finished = execute(made, tmp_path / "r", SILENT, Execution(Afterwards(), stream, figures=False))
+        reading.join()
+    assert stepped == [0]
+    assert finished.ended is None
+    assert values(tmp_path / "seen.rrd")["/signals/plant/state/x"].keys() == set(range(6))
+
+
+def test_a_run_that_waits_for_a_viewer_at_an_address_begins_when_it_answers():
+    said = []
+    port = rerun_program.free_port(0)
+    options = LiveOptions(url=f"rerun+http://127.0.0.1:{port}/proxy", wait=True)
+    with ExitStack() as opened:
+
+        def open_later():
+            wait_until(lambda: said)
+            opened.enter_context(there_already(port))
+
+        opening = threading.Thread(target=open_later)
+        opening.start()
+        with LiveStream(options, said.append):
+            opening.join()
+    assert said == [f"the run begins when a viewer answers at {options.url}"]
+
+
+def test_waiting_needs_live():
+    with pytest.raises(RequestError, match="--wait: found no --live; valid: with --live only"):
+        live_options(live=False, viewer=True, web=False, url=None, wait=True)
 
 
 def save(url, path):

@@ -218,7 +218,7 @@ def test_the_viewer_listens_on_this_machine_only(static, graphics, web):
 def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    with headless_viewer() as url:
+    with headless_viewer() as (url, _):
         assert url.startswith("rerun+http://127.0.0.1:")
         wait_until(lambda: answers(url))
         assert left_in(tmp_path)
