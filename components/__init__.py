@@ -51,6 +51,7 @@ if TYPE_CHECKING:
         remove_socket,
         standard_wiring,
     )
+    from components.traffic.dense_traffic import DenseTraffic
     from components.traffic.empty_road import EmptyRoad
     from components.traffic.ramp_traffic import RampTraffic
     from components.vehicle.bicycle import Bicycle
@@ -79,6 +80,7 @@ __all__ = [
     "Continuous",
     "ControllerInputs",
     "ControllerOutputs",
+    "DenseTraffic",
     "EmptyRoad",
     "Lqr",
     "Motion",
@@ -166,6 +168,7 @@ __getattr__, __dir__ = facade(
             "remove_socket",
             "standard_wiring",
         ),
+        "components.traffic.dense_traffic": ("DenseTraffic",),
         "components.traffic.empty_road": ("EmptyRoad",),
         "components.traffic.ramp_traffic": ("RampTraffic",),
         "components.vehicle.bicycle": ("Bicycle",),

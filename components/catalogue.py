@@ -16,6 +16,7 @@ from components.controller.stanley import Stanley
 from components.controller.two_level_mp import TwoLevelMp
 from components.interfaces.block import Block
 from components.interfaces.problem import refuse
+from components.traffic.dense_traffic import DenseTraffic
 from components.traffic.empty_road import EmptyRoad
 from components.traffic.ramp_traffic import RampTraffic
 from components.vehicle.bicycle import Bicycle
@@ -31,6 +32,7 @@ CATALOGUE: Final[tuple[type[Block[Any, Any, Any]], ...]] = (
     Stationary,
     *((CommonroadSt, CommonroadMb) if installed() else ()),
     RampTraffic,
+    DenseTraffic,
     EmptyRoad,
     Mpc,
     MpcSqp,

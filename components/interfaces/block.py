@@ -6,7 +6,7 @@ import dataclasses
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform, get_args, get_type_hints
 
 import numpy as np
@@ -53,11 +53,13 @@ class Block(ABC, Generic[U, X, Y]):
     """Whether the equations become C; blocks that call a library do not, and run in this process only."""
     staged: ClassVar[bool] = False
     """Whether parts of the equations become functions of their own in the generated C (see `staging`)."""
+    if_longer: ClassVar[str] = ""
+    """What a person can do whose list is longer than a parameter of this block: a sentence for messages."""
     definition: ClassVar[str] = ""
     """Digest of the file that the block was made from, if it was made from one."""
 
     def __post_init__(self) -> None:
-        raise_if_any(value_problems(self, self.name, self.dimensions()))
+        raise_if_any(value_problems(self, self.name, self.parameters()))
         for variable in self.parameters():
             value = getattr(self, variable.name)
             if variable.shape and not is_symbolic(value):
@@ -94,7 +96,8 @@ class Block(ABC, Generic[U, X, Y]):
     @classmethod
     def parameters(cls) -> tuple[Variable, ...]:
         """The parameters, in order."""
-        return variables(cls, cls.dimensions())
+        declared = variables(cls, cls.dimensions())
+        return tuple(replace(v, quantity=replace(v.quantity, if_longer=cls.if_longer)) for v in declared)
 
     @classmethod
     def inputs(cls) -> tuple[Variable, ...]:

@@ -91,6 +91,8 @@ class Quantity:
     base: BaseUnit | None = None
     finite: bool = True
     """Whether values have to be finite numbers."""
+    if_longer: str = field(default="", compare=False)
+    """What a person can do whose array is longer: a sentence for messages."""
 
     @property
     def base_unit(self) -> BaseUnit | None:
@@ -125,7 +127,8 @@ class Quantity:
         if array.dtype.kind not in _KINDS.get(self.type, "iu") and not (self.type in _WHOLE and _are_whole(array)):
             return [self._of_another_kind(where, value, array)]
         if array.shape != self.shape:
-            return [Problem(where, f"shape {array.shape}", f"shape {self.shape}")]
+            remedy = self.if_longer if array.ndim == len(self.shape) and array.shape > self.shape else ""
+            return [Problem(where, f"shape {array.shape}", f"shape {self.shape}", remedy)]
         numbers = array if self.type in _WHOLE else array.astype(float)
         wrong = np.zeros(array.shape, dtype=bool) if self.type in _WHOLE else ~np.isfinite(numbers) & self.finite
         low, high = self.bounds

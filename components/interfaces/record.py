@@ -174,15 +174,14 @@ def combine(function: Callable[..., Any], first: R, *others: R) -> R:
     return type(first)(**values)
 
 
-def value_problems(value: object, where: str, dimensions: Mapping[str, int] | None = None) -> list[Problem]:
+def value_problems(value: object, where: str, declared: Sequence[Variable]) -> list[Problem]:
     """The problems of the numbers in a record; symbols are not checked.
 
     Args:
         value: The record.
         where: The path of the record, for messages.
-        dimensions: The structural constants that give named array lengths.
+        declared: Its variables, in order.
     """
-    declared = variables(type(value), dimensions)
     return [
         problem
         for variable, leaf in zip(declared, leaves(value), strict=True)

@@ -14,6 +14,7 @@ from components.interfaces.maths import Array
 from orchestrator.pictures.signals import OBSTACLE_SIGNALS, PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
 from orchestrator.results.geometry import box_distance
 from orchestrator.results.path_geometry import path_error
+from orchestrator.results.sightings import identities, sightings
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
@@ -54,9 +55,18 @@ class Boxes:
     def where(self, rows: NDArray[np.bool_]) -> Boxes:
         """Only the boxes of the rows that a mask `(n,)` selects."""
         kept = rows[self.row]
-        row = (np.cumsum(rows) - 1)[self.row[kept]]
-        rest = (getattr(self, name)[kept] for name in ("x", "y", "psi", "length", "width", "id"))
-        return Boxes(self.count[rows], row, *rest)
+        return self._picked(kept, self.count[rows], (np.cumsum(rows) - 1)[self.row[kept]])
+
+    def sightings(self) -> tuple[Boxes, Boxes]:
+        """Each obstacle as it was first and as it was last seen, all of them in one row, in the order of their ids."""
+        first, last = sightings(self.id)
+        count = np.array([len(first)], dtype=np.int64)
+        return self._picked(first, count, np.zeros_like(first)), self._picked(last, count, np.zeros_like(last))
+
+    def _picked(self, which: NDArray[Any], count: NDArray[np.int64], row: NDArray[np.int64]) -> Boxes:
+        """The boxes that a mask or indices pick, in other rows."""
+        x, y, psi, length, width = (values[which] for values in (self.x, self.y, self.psi, self.length, self.width))
+        return Boxes(count, row, x, y, psi, length, width, self.id[which])
 
     def only(self, boxes: NDArray[np.bool_]) -> Boxes:
         """Only the boxes that a mask `(boxes,)` selects, in the same rows."""
@@ -86,8 +96,9 @@ def obstacles(columns: SignalColumns, buses: BusPaths) -> tuple[Boxes, Array] | 
     if signals is None:
         return None
     valid = signals[0] != 0
-    identity, x, y, psi, length, width = (values[valid] for values in signals[1:])
-    boxes = Boxes(valid.sum(axis=1), np.nonzero(valid)[0], x, y, psi, length, width, identity.astype(np.int64))
+    x, y, psi, length, width = (values[valid] for values in signals[2:])
+    identity = identities(valid, signals[1])[valid]
+    boxes = Boxes(valid.sum(axis=1), np.nonzero(valid)[0], x, y, psi, length, width, identity)
     return boxes, np.column_stack(signals)
 
 

@@ -124,6 +124,8 @@ def vehicles(
     What is later is drawn stronger. The vehicle lies above the obstacles, so that none hides where it was before: an
     obstacle that moves comes to places where the vehicle has been, and the other way round.
 
+    One that is not seen all the time is drawn as it was last and first seen.
+
     Args:
         axes: The panel, with its limits.
         columns: The rows of the run.

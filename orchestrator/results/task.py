@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from components import BLOCKS
 from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
 from orchestrator.results.metrics import Frame, columns
+from orchestrator.results.sightings import identities, sightings
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
@@ -24,10 +26,11 @@ AT_SPEED: Final = 0.9
 def task(rows: Frame, buses: BusPaths, scene: Scene, v_ref: float | None, until: int | None = None) -> dict[str, float]:
     """The metrics of the task.
 
-    Those who stand or drive in the own lane ahead of the vehicle at the start, and whom it would have reached by the
-    end at the speed that was asked for, are to be passed: `obstacles_to_pass` counts them, `obstacles_passed` those of
-    them that are behind it at the end. `lane_offset_end` is the distance [m] from the centre of the own lane at the
-    end, `speed_share_end` the share of the speed that was asked for, `speed_share_start` that at the start.
+    Those who stand or drive in the own lane ahead of the vehicle when they are first seen, and whom it would have
+    reached by the time they are last seen at the speed that was asked for, are to be passed: `obstacles_to_pass` counts
+    them, `obstacles_passed` those of them that are behind it when they are last seen. `lane_offset_end` is the distance
+    [m] from the centre of the own lane at the end, `speed_share_end` the share of the speed that was asked for,
+    `speed_share_start` that at the start.
 
     Args:
         rows: Rows of consecutive ticks.
@@ -43,20 +46,32 @@ def task(rows: Frame, buses: BusPaths, scene: Scene, v_ref: float | None, until:
     finite = np.flatnonzero(np.isfinite(ego[:, :until]).all(axis=0))
     if not len(finite):
         return {}
-    (x_start, _, v_start), (x_end, y_end, v_end) = ego[:, finite[0]], ego[:, finite[-1]]
+    v_start, (_, y_end, v_end) = ego[2, finite[0]], ego[:, finite[-1]]
     speed = v_ref or float(np.max(ego[2, finite]))
     found = {"lane_offset_end": abs(y_end - scene.y_lane), "speed_share_end": v_end / speed if speed > 0 else 0.0}
     if v_ref:
         found["speed_share_start"] = v_start / v_ref
-    if signal_path(buses, ObstacleList, f"x[{SLOTS}]") in rows:
-        x, y, valid = (columns(rows, signal_path(buses, ObstacleList, name), SLOTS) for name in ("x", "y", "valid"))
-        first, last = finite[0], finite[-1]
-        reached = x_start + speed * float(rows["time"][last] - rows["time"][first])
-        own = np.abs(y[first] - scene.y_lane) < abs(scene.y_adjacent - scene.y_lane) / 2
-        met = (valid[first] > 0) & (valid[last] > 0) & own & (x[first] > x_start) & (x[last] < reached)
-        found["obstacles_to_pass"] = float(met.sum())
-        found["obstacles_passed"] = float((met & (x[last] < x_end)).sum())
+    found |= _passed(rows, buses, scene, finite, speed)
     return {name: float(value) for name, value in found.items() if np.isfinite(value)}
+
+
+def _passed(rows: Frame, buses: BusPaths, scene: Scene, finite: NDArray[np.int64], speed: float) -> dict[str, float]:
+    """How many obstacles are to be passed, and how many of them are; nothing where the traffic is not known."""
+    paths = [signal_path(buses, ObstacleList, name) for name in ("valid", "id", "x", "y")]
+    if not all(f"{path}[{SLOTS}]" in rows for path in paths):
+        return {}
+    valid, identity, x, y = (columns(rows, path, SLOTS)[finite] for path in paths)
+    seen = valid > 0
+    row, _ = np.nonzero(seen)
+    ego = np.asarray(rows[signal_path(buses, VehicleState, "x")], dtype=float)[finite]
+    time = np.asarray(rows["time"], dtype=float)[finite]
+    reached = ego[0] + speed * (time - time[0])
+    first, last = sightings(identities(seen, identity)[seen])
+    x, y = x[seen], y[seen]
+    own = np.abs(y[first] - scene.y_lane) < abs(scene.y_adjacent - scene.y_lane) / 2
+    met = own & (x[first] > ego[row[first]]) & (x[last] < reached[row[last]])
+    passed = met & (x[last] < ego[row[last]])
+    return {"obstacles_to_pass": float(met.sum()), "obstacles_passed": float(passed.sum())}
 
 
 def is_done(metrics: Mapping[str, float]) -> dict[str, bool]:

@@ -59,7 +59,7 @@ def filled_by_block(
     problems = [*resolved.problems]
     if filling.interface is not None:
         problems.append(Problem(f"{socket}.interface", f"`{filling.interface}` for a block", "it for an FMU only"))
-    return Filled(resolved, block, problems=problems)
+    return Filled(resolved, block, problems=problems, remarks=resolved.remarks)
 
 
 def filled_by_fmu(  # noqa: PLR0913 - what a scenario and a person say of it

@@ -8,7 +8,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from components.interfaces.problem import Problem, choices, did_you_mean
+from components.interfaces.problem import Problem, choices, did_you_mean, listed
 from components.interfaces.record import Variable
 from orchestrator.system.files import Given
 from orchestrator.system.named_variables import SETTABLE, UnitVariable, array_of, look_up, named, settable
@@ -70,6 +70,7 @@ class Resolution:
     sources: dict[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     """Value, unit of measurement and source of each value, by full path."""
     problems: list[Problem] = field(default_factory=list[Problem])
+    remarks: list[str] = field(default_factory=list[str])
 
     def path(self, name: str) -> str:
         """The full path of a parameter."""
@@ -99,7 +100,22 @@ class Resolution:
         q = found.variable.quantity
         value = from_text(text, replace(q, shape=()) if found.index else q)
         path = self.path(setting.assignment.removesuffix(f"={text}"))
+        self._tell_kept(found, value)
         self._put(path, found, value, "--set")
+
+    def _tell_kept(self, found: UnitVariable, value: Any) -> None:
+        """Add a remark where a list is shorter than the values that are there, and the others are not all alike.
+
+        Others that are alike are of empty slots, mostly: nobody is surprised that they stay.
+        """
+        before = self.values.get(found.variable.name)
+        if not (isinstance(value, list) and isinstance(before, list)):
+            return
+        given, whole = len(value), len(before)  # type: ignore[unknown]
+        kept = [str(one) for one in before[given:]]  # type: ignore[unknown]
+        if len({*kept}) > 1:
+            others = f"--set gives the first {given} of {whole} values; the others stay as they were"
+            self.remarks.append(f"{self.path(found.variable.name)}: {others}: {listed(kept)}")
 
     def _put(self, path: str, found: UnitVariable, value: Any, source: str) -> None:
         variable = found.variable

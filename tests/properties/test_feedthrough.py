@@ -64,6 +64,16 @@ def test_blocks_that_ignore_their_inputs_declare_none(name):
     assert not lower(BLOCKS[name]).feedthrough.any()
 
 
+def test_the_traffic_that_shows_the_nearest_declares_the_place_of_the_ego_vehicle():
+    kind = BLOCKS["dense_traffic"]
+    reach = lower(kind).feedthrough
+    assert reach.all(axis=0).tolist() == reach.any(axis=0).tolist()
+    assert [n for n, through in zip(element_names(kind.inputs()), reach.T, strict=True) if through.all()] == [
+        "ego.x",
+        "ego.y",
+    ]
+
+
 @pytest.mark.parametrize("name", ["mpc", "coast"])
 def test_sampled_blocks_declare_all_of_it(name):
     assert lower(BLOCKS[name]).feedthrough.all()

@@ -143,7 +143,7 @@ def test_leaves_are_the_values_in_order():
 
 def test_every_wrong_value_of_a_record_is_reported_with_its_path():
     wrong = Outer(before=-1.0, inner=Inner(a=float("nan"), b=np.zeros(3)), wide=np.zeros(3))
-    assert list(map(str, value_problems(wrong, "unit", N_P))) == [
+    assert list(map(str, value_problems(wrong, "unit", variables(type(wrong), N_P)))) == [
         "unit.before: found -1.0; valid: 0 <= finite number",
         "unit.inner.a: found nan; valid: finite number [m]",
         "unit.inner.b: found shape (3,); valid: shape (2,)",
@@ -152,7 +152,7 @@ def test_every_wrong_value_of_a_record_is_reported_with_its_path():
 
 def test_symbols_are_not_judged():
     inner = Inner(a=ca.SX.sym("a"), b=ca.SX.sym("b", 5))
-    assert value_problems(inner, "unit") == []
+    assert value_problems(inner, "unit", variables(type(inner))) == []
 
 
 def test_several_records_stand_one_below_the_other():

@@ -46,6 +46,18 @@ def test_obstacles_of_invalid_slots_are_left_out(static):
     assert (one.count.tolist(), one.row.tolist(), one.x.tolist()) == ([0, 0, 1], [2], [30.0])
 
 
+def test_an_obstacle_is_the_same_in_any_slot(static):
+    valid = [[True, True] + [False] * 6, [True, True] + [False] * 6]
+    rows = _traffic_rows(valid, [10.0, 20.0])
+    rows["traffic.obstacles.x[2]"] = [12.0, 22.0]
+    rows["traffic.obstacles.id[1]"], rows["traffic.obstacles.id[2]"] = [4, 9], [9, 7]
+    boxes, _ = drawing.obstacles(SignalColumns(rows, signals(static.system)), shown(static.system))
+    first, last = boxes.sightings()
+    assert (first.id.tolist(), first.x.tolist()) == ([4, 7, 9], [10.0, 22.0, 12.0])
+    assert (last.id.tolist(), last.x.tolist()) == ([4, 7, 9], [10.0, 22.0, 20.0])
+    assert first.count.tolist() == [3]
+
+
 def test_a_boundary_shows_where_the_box_is_heading():
     quarter = Boxes.of(*(np.array([v]) for v in (10.0, 2.0, np.pi / 2, 4.0, 2.0)))
     line = drawing.boundaries(quarter, 0.5)[0]

@@ -126,6 +126,13 @@ def test_obstacles_that_stand_still_are_drawn_once(static, rows):
     assert axes.get_legend_handles_labels()[1] == ["obstacle", "safety boundary", "ego, every 1 s"]
 
 
+def test_obstacles_that_leave_and_enter_the_bus_are_drawn_once_each():
+    made = prepare("dense", Options(mode="blocks"))
+    axes = _drawn(made, simulate(made.system, h=made.h, until=made.until), 1e4)
+    assert len(_boxes(axes, 0)) == 20
+    assert {text.get_text() for text in axes.texts} >= set(map(str, range(1, 21)))
+
+
 def test_a_system_without_sockets_has_no_figures(static, rows, tmp_path):
     plain = System(units=static.system.units, wiring=static.system.wiring)
     assert draw(rows, plain, static.scene, tmp_path) == []

@@ -28,6 +28,7 @@ def rows(v=10.0, y_end=0.0, obstacles=()):
         x, y, speed = obstacles[i] if i < len(obstacles) else (0.0, 0.0, 0.0)
         columns |= {
             f"others.obstacles.valid[{i + 1}]": np.full(11, float(i < len(obstacles))),
+            f"others.obstacles.id[{i + 1}]": np.full(11, float(i + 1)),
             f"others.obstacles.x[{i + 1}]": x + speed * TIME,
             f"others.obstacles.y[{i + 1}]": np.full(11, y),
         }
@@ -64,6 +65,17 @@ def test_the_metrics_of_the_task():
     )
     until = task(rows(y_end=1e300), BUSES, SCENE, None, until=1)
     assert until == {"lane_offset_end": 3.0, "speed_share_end": 1.0, "obstacles_to_pass": 0, "obstacles_passed": 0}
+
+
+def test_an_obstacle_is_the_same_in_any_slot_and_may_come_into_sight_later():
+    """One at 50 m is overtaken and no longer seen; one at 80 m comes into sight in its slot."""
+    frame = rows(obstacles=[(50, 0, 0)])
+    frame["others.obstacles.id[1]"] = np.where(TIME < 6, 1.0, 2.0)
+    frame["others.obstacles.x[1]"] = np.where(TIME < 6, 45.0, 80.0)
+    found = task(frame, BUSES, SCENE, 10.0)
+    assert (found["obstacles_to_pass"], found["obstacles_passed"]) == (2, 2)
+    del frame["others.obstacles.id[1]"], frame["others.obstacles.id[8]"]
+    assert "obstacles_passed" not in task(frame, BUSES, SCENE, 10.0)
 
 
 def test_without_a_vehicle_there_is_no_task():

@@ -32,7 +32,7 @@ def test_a_block_is_found_by_its_name_and_for_its_socket():
 
 
 def test_a_block_that_is_unknown_or_of_another_socket_is_told_with_those_that_fit():
-    traffic = "empty_road, ramp_traffic"
+    traffic = "dense_traffic, empty_road, ramp_traffic"
     assert message("empty_rod", "here", "traffic") == (
         f"here: found the unknown block `empty_rod`; valid: {traffic}. Did you mean `empty_road`?"
     )

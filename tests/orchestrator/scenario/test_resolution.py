@@ -76,6 +76,14 @@ def test_a_shorter_array_leaves_the_rest_as_it_was(layer):
     assert DEFAULTS["places"].value == [1.0, 2.0, 3.0], "the file's own list stays as it is"
 
 
+def test_values_that_a_shorter_list_keeps_are_told_unless_they_are_alike():
+    assert resolve("car", DECLARED, DEFAULTS, {}, settings(places=[7.0])).remarks == [
+        "car.places: --set gives the first 1 of 3 values; the others stay as they were: 2.0, 3.0"
+    ]
+    assert resolve("car", DECLARED, DEFAULTS, {}, settings(places=[7.0, 8.0])).remarks == []
+    assert resolve("car", DECLARED, values("file", places=[1.0, 0.0, 0.0]), {}, settings(places=[7.0])).remarks == []
+
+
 def test_an_array_that_stays_too_short_or_is_too_long_is_told():
     assert messages(None, values("scenario", places=[7.0])) == ["car.places: found shape (1,); valid: shape (3,)"]
     assert messages(DEFAULTS, {}, settings(places=[1.0] * 4)) == ["car.places: found shape (4,); valid: shape (3,)"]
