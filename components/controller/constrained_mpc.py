@@ -104,10 +104,9 @@ class ConstrainedMpc(Guidance, ConstrainedSettings, Sampled[ControllerInputs, Co
         """No manoeuvre, wheels straight."""
         return ConstrainedMpcState(manoeuvre=no_manoeuvre(), u=vector([0.0] * _INPUTS), delta_f=0.0)
 
-    def shape(self) -> dubins.LaneChange:
-        """One lane change of the path, with a share of the friction."""
-        R = dubins.radius(self.v_ref, self.mu_share * self.mu, self.g)
-        return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
+    def radius(self) -> float:
+        """Radius of the arcs of a lane change [m], with a share of the friction."""
+        return dubins.radius(self.v_ref, self.mu_share * self.mu, self.g)
 
     def progress(self, v: float, v_d: float, t: float) -> float:
         """The desired point speeds up or slows down with `a_follow`, as the vehicle can."""

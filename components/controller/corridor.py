@@ -1,6 +1,6 @@
 """The corridor: what the road's edges and the obstacles' boundaries leave free at a station of the road.
 
-An obstacle pushes in the edge of its own side of the road by its box and the safety gap `l_gap`; the push fades
+An obstacle pushes in the edge of its own side by its box and the safety gap `l_gap`; the push fades
 over ramps of length `l_ramp` before and behind the box (RESOLUTIONS 16). Obstacles move on at their present speed.
 """
 
@@ -22,7 +22,9 @@ class Road:
     l_ramp: float = quantity("m", "length of the corridor's ramp before and behind an obstacle", min=0.1)
 
 
-def corridor(road: Road, obstacles: ObstacleList, x: float, t: float) -> tuple[float, float]:
+def corridor(
+    road: Road, obstacles: ObstacleList, x: float, t: float, y_parting: float | None = None
+) -> tuple[float, float]:
     """What is free across the road.
 
     Args:
@@ -30,11 +32,13 @@ def corridor(road: Road, obstacles: ObstacleList, x: float, t: float) -> tuple[f
         obstacles: The obstacles of this instant.
         x: Station along the road [m].
         t: Time from now [s].
+        y_parting: An obstacle left of it pushes in the left edge, any other the right one [m]; the middle of the road
+            if not given.
 
     Returns:
         Upper (left) and lower (right) boundary [m].
     """
-    middle = (road.y_left + road.y_right) / 2
+    middle = (road.y_left + road.y_right) / 2 if y_parting is None else y_parting
     upper, lower = road.y_left, road.y_right
     for i in range(SLOTS):
         ahead = obstacles.x[i] + obstacles.v[i] * cos(obstacles.psi[i]) * t

@@ -9,13 +9,17 @@ from typing import ClassVar
 
 from components.controller import dubins
 from components.controller.corridor import Road, corridor
-from components.controller.planner import Lanes, Manoeuvre, plan
+from components.controller.lanes import Lanes, third_lane
+from components.controller.planner import Manoeuvre, plan
 from components.controller.problems.ocp import Horizon
 from components.interfaces.buses import ObstacleList, VehicleState, Waypoints
-from components.interfaces.maths import fmax, vector, where
+from components.interfaces.maths import absolute, both, fmax, negate, sin, vector, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.sockets import ControllerInputs
+
+_LEAST_ANGLE = 1e-6
+"""[rad] The arcs of a change between lanes that lie in one place have none."""
 
 
 @record
@@ -36,6 +40,7 @@ class PathPlanning:
     v_ref: float = quantity("m/s", "speed the path is planned for", min=1)
     y_lane: float = quantity("m", "centre of the ego's own lane")
     y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    y_third: float = quantity("m", "centre of a third lane beside one of the two; far from both where there is none")
     l_d: float = quantity("m", "length of the diagonal of a lane change", min=0)
     l_before: float = quantity("m", "distance before an obstacle's centre at which the change out is complete", min=0)
     l_after: float = quantity("m", "distance behind an obstacle's centre at which the return begins", min=0)
@@ -46,21 +51,36 @@ class PathPlanning:
     l_end: float = quantity("m", "length of the path beyond the last lane change", min=0)
     l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
 
-    def shape(self) -> dubins.LaneChange:
-        """One lane change of the path."""
-        R = dubins.radius(self.v_ref, self.mu, self.g)
-        return dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=R, l_d=self.l_d)
+    def radius(self) -> float:
+        """Radius of the arcs of a lane change [m]."""
+        return dubins.radius(self.v_ref, self.mu, self.g)
+
+    def third(self) -> float:
+        """Centre of the third lane [m]; that of the adjacent lane where there is none."""
+        return third_lane(self.y_lane, self.y_adjacent, self.y_third)
+
+    def shape(self, third: float = 0.0) -> dubins.LaneChange:
+        """One lane change of the path: to the adjacent lane, or to the third where `third` is 1.
+
+        A wider one has the same arcs and a longer diagonal, so that it is no harder to follow.
+        """
+        one = dubins.LaneChange(w=self.y_adjacent - self.y_lane, R=self.radius(), l_d=self.l_d)
+        w = where(third > 0, self.third() - self.y_lane, one.w)
+        wider = fmax(absolute(w) - absolute(one.w), 0.0)
+        return dubins.LaneChange(w=w, R=one.R, l_d=self.l_d + wider / fmax(sin(one.theta), _LEAST_ANGLE))
 
     def manoeuvre(self, before: Manoeuvre, u: ControllerInputs) -> Manoeuvre:
         """The manoeuvre seen from this sample."""
         lanes = Lanes(
             y_lane=self.y_lane,
             y_adjacent=self.y_adjacent,
+            y_third=self.third(),
             v_ref=self.v_ref,
             l_before=self.l_before,
             l_after=self.l_after,
             l_sight=self.l_sight,
             l_change=self.shape().length,
+            l_third=self.shape(1.0).length,
             l_gap=self.l_gap,
             x_task=self.x_task,
             l_clear=self.l_clear,
@@ -70,7 +90,7 @@ class PathPlanning:
 
     def path(self, manoeuvre: Manoeuvre, ego: VehicleState) -> dubins.Path:
         """The path of a manoeuvre; the straight lane, with all waypoints on it, while none is planned."""
-        planned = self.shape()
+        planned = self.shape(manoeuvre.third)
         shape = dubins.LaneChange(w=where(manoeuvre.planned > 0, planned.w, 0.0), R=planned.R, l_d=planned.l_d)
         idle = manoeuvre.planned <= 0
         x_1 = where(idle, manoeuvre.x_0, manoeuvre.x_1)
@@ -105,6 +125,19 @@ class Guidance(PathPlanning):
         """The obstacles that narrow the corridor where the path is at `y_d`: all of them."""
         return obstacles
 
+    def parting(self, manoeuvre: Manoeuvre, y_d: float) -> float:
+        """The line [m] that parts obstacles on the left from those on the right, where the path is at `y_d` [m].
+
+        It is the middle of a road with two lanes. On one with three lanes it is the line that a change crosses: that
+        between the own lane and the one that is changed to, or beyond the adjacent lane, that between the next two.
+        """
+        third = self.third()
+        beyond = (third - self.y_adjacent) * (self.y_adjacent - self.y_lane) > 0
+        is_far = both(beyond, absolute(y_d - self.y_lane) > absolute(self.y_adjacent - self.y_lane))
+        first = (self.y_lane + where(both(manoeuvre.third > 0, negate(beyond)), third, self.y_adjacent)) / 2
+        crossed = where(is_far, (self.y_adjacent + third) / 2, first)
+        return where(absolute(third - self.y_adjacent) > 0, crossed, (self.y_left + self.y_right) / 2)
+
     def reference(self, before: Manoeuvre, u: ControllerInputs) -> PathReference:
         """Manoeuvre, path and corridor of this sample (lines 2 and 3 of Algorithm 1).
 
@@ -117,7 +150,8 @@ class Guidance(PathPlanning):
         points = [path.point(s + distance) for distance in ahead]
         road = Road(y_left=self.y_left, y_right=self.y_right, l_gap=self.l_gap, l_ramp=self.l_ramp)
         free = [
-            corridor(road, self.beside(u.obstacles, y_d), x_d, self.dt * (i + 1)) for i, (x_d, y_d) in enumerate(points)
+            corridor(road, self.beside(u.obstacles, y_d), x_d, self.dt * (i + 1), self.parting(manoeuvre, y_d))
+            for i, (x_d, y_d) in enumerate(points)
         ]
         horizon = Horizon(
             x_d=vector([x_d for x_d, _ in points]),

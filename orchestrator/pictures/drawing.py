@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -187,10 +188,11 @@ def _around(boxes: Boxes, gap: float, forward_shares: list[float], left_shares: 
 
 
 def lane_marks(scene: Scene, x_min: float, x_max: float) -> Array:
-    """The broken line between the lanes, as strokes `(strokes, 2, 2)` of 3 m with gaps of 6 m."""
-    y = (scene.y_lane + scene.y_adjacent) / 2
-    x = np.arange(np.ceil(x_min / 9) * 9, x_max - 3, 9.0)
-    return np.stack([np.column_stack([x, np.full_like(x, y)]), np.column_stack([x + 3, np.full_like(x, y)])], axis=1)
+    """The broken lines between the lanes, as strokes `(strokes, 2, 2)` of 3 m with gaps of 6 m."""
+    starts = np.arange(np.ceil(x_min / 9) * 9, x_max - 3, 9.0)
+    lines = [(right + left) / 2 for right, left in pairwise(scene.lanes())]
+    x, y = np.tile(starts, len(lines)), np.repeat(lines, len(starts))
+    return np.stack([np.column_stack([x, y]), np.column_stack([x + 3, y])], axis=1)
 
 
 def error_colours(error: Array) -> NDArray[np.uint8]:

@@ -24,12 +24,14 @@ from orchestrator.results.metrics import edge_gap
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths
 
-PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back")
+PHASES: Final = ("own lane", "changing out", "adjacent lane", "changing back", "third lane")
+_ADJACENT, _THIRD = 2, 4
 _PHASE_EVENTS: Final = {
     1: "lane change begun",
     2: "lane change finished",
     3: "return begun",
     0: "return finished",
+    4: "lane change to the third lane finished",
 }
 _STATUS_SIGNALS: Final = (Solver, "status")
 _MOVED: Final = 1.0
@@ -51,7 +53,7 @@ class Event:
     """`INFO`, `WARN` or `ERROR`."""
 
 
-def phases(columns: SignalColumns, buses: BusPaths) -> NDArray[np.int64] | None:
+def phases(columns: SignalColumns, buses: BusPaths, scene: Scene | None) -> NDArray[np.int64] | None:
     """The phase of the lane change in every row.
 
     The changes begin at P1 and P8 and end at P7 and P11 of the path as the controller saw it at the same instant; a
@@ -60,6 +62,7 @@ def phases(columns: SignalColumns, buses: BusPaths) -> NDArray[np.int64] | None:
     Args:
         columns: The rows of a run.
         buses: The buses of its system.
+        scene: The road, which tells the adjacent lane from the third.
 
     Returns:
         Indices into `PHASES`, `(n,)`; None where the vehicle or the path was not recorded.
@@ -69,7 +72,11 @@ def phases(columns: SignalColumns, buses: BusPaths) -> NDArray[np.int64] | None:
         return None
     x, y = path
     reached = (ego[0][:, None] >= x[:, [1, 7, 8, 11]]).sum(axis=1) % 4
-    return np.where(np.abs(y[:, 7] - y[:, 1]) > 0.1, reached, 0).astype(np.int64)  # noqa: PLR2004 - [m]
+    phase = np.where(np.abs(y[:, 7] - y[:, 1]) > 0.1, reached, 0)  # noqa: PLR2004 - [m]
+    if scene is not None:
+        in_third = np.abs(y[:, 7] - scene.y_third) < np.abs(y[:, 7] - scene.y_adjacent)
+        phase = np.where((phase == _ADJACENT) & in_third, _THIRD, phase)
+    return phase.astype(np.int64)
 
 
 def are_known(recorded: Recorded, buses: BusPaths, scene: Scene | None, limits: Sequence[Limit]) -> bool:
@@ -126,7 +133,7 @@ class EventLog:
         return sorted(events, key=lambda event: event.row)
 
     def _manoeuvre(self, columns: SignalColumns) -> Iterator[Event]:
-        phase = phases(columns, self._buses)
+        phase = phases(columns, self._buses, self._scene)
         ego = columns.bus(self._buses, VehicleState, "x")
         if phase is None or ego is None:
             return

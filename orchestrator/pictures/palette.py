@@ -48,6 +48,7 @@ STATES: Final[dict[str, Colour]] = {
     "own lane": (90, 105, 125),
     "changing out": (70, 130, 210),
     "adjacent lane": (45, 140, 150),
+    "third lane": (150, 120, 45),
     "changing back": (125, 100, 200),
     "false": (95, 100, 110),
     "true": (55, 150, 95),

@@ -236,7 +236,7 @@ class RunPicture:
             yield SeriesValues(entity=at, rows=ends, values=np.full(len(ends), limit.value))
 
     def _phases_and_events(self, columns: SignalColumns, near: drawing.Nearest | None) -> Iterator[Shape]:
-        phase = events.phases(columns, self.buses)
+        phase = events.phases(columns, self.buses, self.scene)
         if phase is not None:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])

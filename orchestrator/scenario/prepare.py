@@ -69,7 +69,7 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
         for socket, filling in fillings.items()
     }
     remarks += [remark for one in filled.values() for remark in one.remarks]
-    scene = resolve("scene", variables(Scene), parameter_set("scene"), content.scene.parameters, settings["scene"])
+    scene = resolve("scene", variables(Scene), parameter_set("scene"), content.scene.given(), settings["scene"])
     times, experiment = _experiment(content, options)
     raise_if_any([*(problem for one in filled.values() for problem in one.problems), *scene.problems])
 

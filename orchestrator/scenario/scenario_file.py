@@ -74,14 +74,7 @@ class SocketFilling(BaseModel):
         Raises:
             RequestError: A parameter file is unknown, or cannot be read.
         """
-        values: dict[str, Given] = {}
-        for name in self.use:
-            known = sorted(PARAMETERS)
-            if name not in known:
-                remedy = did_you_mean(name, known)
-                raise refuse(f"{where}.use", f"the unknown parameter file `{name}`", choices(known), remedy)
-            values.update(parameter_set(name))
-        return values | self.parameters
+        return _used(self.use, where) | self.parameters
 
 
 class SceneOverrides(BaseModel):
@@ -89,8 +82,26 @@ class SceneOverrides(BaseModel):
 
     model_config = _STRICT
 
+    use: list[str] = []
+    """Parameter files, whose values `parameters` replaces."""
     parameters: dict[str, Given] = {}
     """The road and the size of the vehicle, for metrics and pictures."""
+
+    def given(self) -> dict[str, Given]:
+        """All values that the scenario gives. Raises `RequestError` as that of `SocketFilling` does."""
+        return _used(self.use, "scene") | self.parameters
+
+
+def _used(names: Sequence[str], where: str) -> dict[str, Given]:
+    """The values of parameter files; those of a later one replace those of an earlier one."""
+    values: dict[str, Given] = {}
+    for name in names:
+        known = sorted(PARAMETERS)
+        if name not in known:
+            remedy = did_you_mean(name, known)
+            raise refuse(f"{where}.use", f"the unknown parameter file `{name}`", choices(known), remedy)
+        values.update(parameter_set(name))
+    return values
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from orchestrator.scenario.driven_inputs import with_table
 from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import UNCHANGED, Options
+from orchestrator.scenario.parameters import parameter_set
 from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.scenario.table_file import read_table
 from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
@@ -280,7 +281,8 @@ def _scene(
     declared = variables(Scene)
     units = {v.name: v.quantity.unit for v in declared}
     given = {n: Given(value=value, unit=units.get(n, ""), source="") for n, value in annotation.scene.items()}
-    resolved = resolve("scene", declared, given=given, settings=settings)
+    none = {"y_third": parameter_set("scene")["y_third"]}  # files of before know of no third lane
+    resolved = resolve("scene", declared, none, given, settings)
     problems = [*resolved.problems]
     problems += [Problem(resolved.path(n), "no value", "a number") for n in units if n not in resolved.values]
     if problems:

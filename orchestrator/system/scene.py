@@ -23,4 +23,10 @@ class Scene:
     y_right: float = quantity("m", "right edge of the road")
     y_lane: float = quantity("m", "centre of the ego's own lane")
     y_adjacent: float = quantity("m", "centre of the adjacent lane")
+    y_third: float = quantity("m", "centre of a third lane; outside of the road where there is none")
     l_gap: float = quantity("m", "safety gap around an obstacle", min=0)
+
+    def lanes(self) -> list[float]:
+        """The centres of the lanes [m], from right to left; the own and the adjacent lane, and a third on the road."""
+        third = [self.y_third] if self.y_right < self.y_third < self.y_left else []
+        return sorted({self.y_lane, self.y_adjacent, *third})

@@ -2,6 +2,7 @@
 
 * the path under the vehicle never jumps;
 * a return that has begun is finished where it was planned;
+* a change that has begun goes to the lane that it was planned to;
 * the vehicle stays on its path, as long as that leads into nobody who is ahead.
 
     python -m tests.closed_loop.search --count 10000 --seed 1
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from components import BLOCKS
 from components.interfaces.buses import SLOTS, WAYPOINTS
 from orchestrator import Options, load, simulate
 from orchestrator.results.path_geometry import path_error
@@ -28,12 +30,17 @@ LOST = 2.6
 """[m] Distance from the path at which a vehicle is lost: half of a lane and half of its width."""
 AHEAD = 25.0
 """[m] Distance to somebody ahead in the path at which nothing is expected any more: it cannot be braked in time."""
-P8, P11 = 8, 11
+P1, P7, P8, P11 = 1, 7, 8, 11
+W = 3.5
+"""[m] Width of a lane."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scenario: who drives, how fast, and what is on the road."""
+    """A scenario: who drives, how fast, and what is on the road.
+
+    Lane 0 is the own one, 1 the adjacent one on its left, and 2 the third one, if there is one.
+    """
 
     controller: str
     v_ref: float
@@ -41,21 +48,37 @@ class Case:
     x: tuple[float, ...]
     lanes: tuple[int, ...]
     v: tuple[float, ...]
+    y_third: float | None = None
 
     def run(self, until: float = 12.0) -> pd.DataFrame:
         """The rows of the run."""
         settings = [
             f"traffic.valid={[i < len(self.x) for i in range(SLOTS)]}".lower(),
             f"traffic.x_start={list(self.x)}",
-            f"traffic.y_start={[3.5 * lane for lane in self.lanes]}",
+            f"traffic.y_start={[self._across[lane] for lane in self.lanes]}",
             f"traffic.v_start={list(self.v)}",
             f"traffic.v_final={list(self.v)}",
             f"plant.v_x_start={self.v_start}",
             f"controller.v_ref={self.v_ref}",
+            *([] if self.y_third is None else self._road),
         ]
         replaced = {"controller": self.controller}
         made = load("static", Options(mode="blocks", settings=settings, replacements=replaced))
         return simulate(made.system, h=made.h, until=until)
+
+    @property
+    def _across(self) -> tuple[float, ...]:
+        """Where the lanes are."""
+        return 0.0, W, W if self.y_third is None else self.y_third
+
+    @property
+    def _road(self) -> list[str]:
+        """The settings of a road with three lanes; controllers that track a fixed path know no edges."""
+        edges = {"y_left": max(self._across) + W / 2, "y_right": min(self._across) - W / 2}
+        known = BLOCKS[self.controller].parameters()
+        values = {"y_third": self.y_third, **{n: y for n, y in edges.items() if n in {p.name for p in known}}}
+        scene = {"y_third": self.y_third, **edges}
+        return [f"{unit}.{n}={y}" for unit, of in (("controller", values), ("scene", scene)) for n, y in of.items()]
 
     def breaches(self, frame: pd.DataFrame | None = None) -> dict[str, str]:
         """What breaks a rule, by rule, in words."""
@@ -73,6 +96,10 @@ class Case:
         moved = begun & (np.abs(np.diff(path_x[:, P8])) > 1e-9)
         if moved.any():
             found["return"] = f"a return that has begun is moved at {0.1 * (1 + moved.argmax()):.3g} s"
+        going = (x[1:] > path_x[:-1, P1] + 1e-9) & (x[1:] < path_x[:-1, P11]) & (path_y[:-1, P7] != path_y[:-1, P11])
+        switched = going & (path_x[:-1, P1] < x[:-1]) & (path_y[1:, P7] != path_y[:-1, P7])
+        if switched.any():
+            found["lane"] = f"a change that has begun goes to another lane at {0.1 * (1 + switched.argmax()):.3g} s"
         clear = np.logical_and.accumulate(~self._is_led_into_somebody(frame, path_x, path_y))
         off = np.abs(error[clear]).max(initial=0.0)
         if off > LOST:
@@ -90,16 +117,21 @@ class Case:
 
 
 def drawn(random: np.random.Generator) -> Case:
-    """A case by chance: up to four obstacles, slower than the ego, none of them where it starts."""
-    count = int(random.integers(1, 5))
+    """A case by chance: up to four obstacles, or six, slower than the ego, none of them where it starts.
+
+    Half of the roads have two lanes; the third of the others is on the right of the own one or beyond the adjacent one.
+    """
+    y_third = (None, None, -W, 2 * W)[int(random.integers(4))]
+    count = int(random.integers(1, 5) if y_third is None else random.integers(3, 7))
     v_ref = float(np.round(random.uniform(8, 20), 1))
     return Case(
         controller=str(random.choice(CONTROLLERS)),
         v_ref=v_ref,
         v_start=float(np.round(random.choice([v_ref, random.uniform(0, v_ref)]), 1)),
         x=tuple(np.round(random.uniform(20 + 2 * v_ref, 200, count), 1).tolist()),
-        lanes=tuple(random.integers(0, 2, count).tolist()),
+        lanes=tuple(random.integers(0, 2 if y_third is None else 3, count).tolist()),
         v=tuple(np.round(random.choice([0, random.uniform(0, 0.8 * v_ref)], count), 1).tolist()),
+        y_third=y_third,
     )
 
 
@@ -108,12 +140,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--three", action="store_true", help="only roads with three lanes")
     given = parser.parse_args()
     random = np.random.default_rng(given.seed)
     tried: Counter[str] = Counter()
     broken: Counter[tuple[str, str]] = Counter()
     for _ in range(given.count):
         case = drawn(random)
+        if given.three and case.y_third is None:
+            continue
         tried[case.controller] += 1
         try:
             found = case.breaches()

@@ -82,3 +82,11 @@ def test_the_corridor_never_reaches_beyond_the_road_nor_into_a_box(obstacles, x,
         assert upper <= y - width / 2
     elif inside:
         assert lower >= y + width / 2
+
+
+def test_an_obstacle_pushes_in_the_edge_on_its_side_of_the_line_that_is_given(obstacles):
+    """On a road with three lanes the change to the right one passes the own lane's obstacle on its right."""
+    road = Road(y_left=5.25, y_right=-5.25, l_gap=0.35, l_ramp=6.0)
+    seen = obstacles(OWN, ADJACENT, {"x": 50.0, "y": -3.5})
+    assert corridor(road, seen, 50.0, 0.0, -1.75) == pytest.approx((-1.25, -2.25))
+    assert corridor(road, seen, 50.0, 0.0, 1.75) == pytest.approx((2.25, 1.25))

@@ -1,4 +1,7 @@
-"""When the planner changes lanes: the static scenario's numbers, moving traffic on paper, and whole episodes."""
+"""When the planner changes lanes: the static scenario's numbers, moving traffic on paper, and whole episodes.
+
+This shows `blockade.py`, too.
+"""
 
 from __future__ import annotations
 
@@ -11,28 +14,37 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from components.controller.dubins import LaneChange, radius
-from components.controller.planner import BACK, BESIDE, KEEP, OUT, Lanes, Manoeuvre, no_manoeuvre, plan
+from components.controller.lanes import Lanes
+from components.controller.planner import BACK, BESIDE, KEEP, OUT, Manoeuvre, no_manoeuvre, plan
+from components.interfaces.record import pack
 
 STATIC = ({"x": 49.5, "y": 0.0}, {"x": 92.5, "y": 3.5}, {"x": 110.5, "y": 3.5})
 V = 10.0
 
 
+def length(w: float) -> float:
+    """How far along the road a change by `w` across takes at 10 m/s."""
+    return float(LaneChange(w=w, R=radius(10.0, 0.5, 9.81), l_d=4.0).length)
+
+
 @pytest.fixture(scope="module")
 def lanes(make) -> Lanes:
     mpc = make("mpc")
-    l_change = float(LaneChange(w=3.5, R=radius(10.0, 0.5, 9.81), l_d=4.0).length)
-    names = [field.name for field in dataclasses.fields(Lanes) if field.name != "l_change"]
-    return Lanes(l_change=l_change, **{name: getattr(mpc, name) for name in names})
+    own = {"y_third": mpc.y_adjacent, "l_change": length(3.5), "l_third": length(3.5)}
+    names = [field.name for field in dataclasses.fields(Lanes) if field.name not in own]
+    return Lanes(**own, **{name: getattr(mpc, name) for name in names})
 
 
 @pytest.fixture(scope="module")
 def drive(lanes, vehicle, obstacles):
     """The manoeuvres at the given places, for traffic as a function of time at 10 m/s."""
 
-    def driven(places: np.ndarray, traffic: Callable[[float], tuple[dict[str, float], ...]]) -> list[Manoeuvre]:
+    def driven(
+        places: np.ndarray, traffic: Callable[[float], tuple[dict[str, float], ...]], road: Lanes = lanes
+    ) -> list[Manoeuvre]:
         now, found = no_manoeuvre(), []
         for x in places:
-            now = plan(lanes, now, vehicle(x=x), obstacles(*traffic((x - places[0]) / V)))
+            now = plan(road, now, vehicle(x=x), obstacles(*traffic((x - places[0]) / V)))
             found.append(now)
         return found
 
@@ -265,6 +277,123 @@ def test_the_path_under_the_ego_never_jumps_and_a_return_is_finished(drive, lane
     run = drive(places, traffic)
     for x, before, now in zip(places[1:], run[:-1], run[1:], strict=True):
         assert abs(across(lanes, now, x) - across(lanes, before, x)) <= 1.0 / lanes.l_change + 1e-9
+        if before.phase == BACK:
+            assert now.x_8 == before.x_8
+            assert now.phase in {BACK, KEEP}
+
+
+OTHER_SIDE, BEYOND = -3.5, 7.0
+BOTH = pytest.mark.parametrize("y_third", [OTHER_SIDE, BEYOND])
+TAKEN = {"x": 45.0, "y": 3.5}
+
+
+@pytest.fixture(scope="module")
+def three(lanes):
+    """The road with a third lane."""
+    return lambda y_third: dataclasses.replace(lanes, y_third=y_third, l_third=length(y_third))
+
+
+@BOTH
+def test_the_third_lane_is_left_alone_while_the_adjacent_one_is_free(drive, lanes, three, y_third):
+    places = np.arange(0.3, 130.0, 1.0)
+    run, other = (drive(places, lambda _: STATIC, road) for road in (three(y_third), lanes))
+    assert [pack(m).tolist() for m in run] == [pack(m).tolist() for m in other]
+
+
+def test_a_change_goes_to_the_third_lane_where_the_adjacent_one_is_taken(drive, lanes, three):
+    places = np.arange(0.3, 130.0, 1.0)
+    run = drive(places, lambda _: (STATIC[0], TAKEN), three(OTHER_SIDE))
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    assert {(m.third, round(m.x_1, 3), round(m.x_8, 3)) for m in run} == {(1.0, 20.0, 62.005)}
+    assert {m.y_o for m in run} == {-0.9 - 0.35}  # the obstacle's right corner
+    assert {m.planned for m in drive(places[:30], lambda _: (STATIC[0], TAKEN), lanes)} == {0.0}
+
+
+def test_beyond_the_adjacent_lane_a_change_takes_longer(drive, three):
+    road = three(BEYOND)
+    assert road.l_third > 1.3 * road.l_change
+    run = drive(np.arange(0.3, 160.0, 1.0), lambda _: ({"x": 69.5, "y": 0.0}, {"x": 69.5, "y": 3.5}), road)
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+    assert {m.third for m in run} == {1.0}
+    assert run[0].x_1 + road.l_third == pytest.approx(69.5 - road.l_before)
+
+
+@pytest.mark.parametrize("x", [40.0, 104.0])
+def test_the_lane_between_has_to_be_free_for_both_crossings(drive, three, x):
+    """The own lane is blocked at 70 m: the ego would cross the adjacent one around 45 m, and again around 95 m."""
+    blocked = {"x": 70.0, "y": 0.0}, {"x": 70.0, "y": 3.5}
+    free = drive(np.arange(0.0, 20.0, 1.0), lambda _: blocked, three(BEYOND))
+    taken = drive(np.arange(0.0, 20.0, 1.0), lambda _: (*blocked, {"x": x, "y": 3.5}), three(BEYOND))
+    assert ({m.planned for m in free}, {m.planned for m in taken}) == ({1.0}, {0.0})
+
+
+def test_a_return_waits_for_the_lane_between(drive, three):
+    """Somebody drives beside the ego in the adjacent lane from 6 s to 12 s; without it the return begins at 82 m."""
+    blocked = {"x": 70.0, "y": 0.0}, {"x": 70.0, "y": 3.5}
+
+    def traffic(t):
+        return (*blocked, {"x": 2.0 + V * t, "y": 3.5, "v": V}) if 6 < t < 12 else blocked
+
+    found = drive(np.arange(0, 150, 1.0), traffic, three(BEYOND))
+    assert {m.phase for m in found[83:119]} == {BESIDE}
+    assert found[121].phase == BACK
+
+
+@BOTH
+def test_what_blocks_both_other_lanes_is_followed(drive, three, y_third):
+    everywhere = STATIC[0], TAKEN, {"x": 45.0, "y": y_third}
+    run = drive(np.arange(0.0, 30.0, 1.0), lambda _: everywhere, three(y_third))
+    assert {m.planned for m in run} == {0.0}
+    assert run[-1].v_d < V
+
+
+@pytest.mark.parametrize("when", [1.0, 2.5])
+def test_a_change_keeps_its_lane_when_the_adjacent_one_becomes_free(drive, three, when):
+    """Before it begins, at 2 s, and afterwards."""
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: (STATIC[0], TAKEN) if t < when else STATIC[:1], three(OTHER_SIDE))
+    assert {m.third for m in run} == {1.0}
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK, KEEP]
+
+
+def test_a_change_that_has_not_begun_takes_another_lane_when_its_own_is_taken(drive, three):
+    there = {"x": 45.0, "y": OTHER_SIDE}
+    run = drive(np.arange(0.3, 130.0, 1.0), lambda t: (STATIC[0], TAKEN if t < 1 else there), three(OTHER_SIDE))
+    assert [run[i].third for i in (0, 9, 10, -1)] == [1.0, 1.0, 0.0, 0.0]
+    late = drive(np.arange(0.3, 60.0, 1.0), lambda t: (STATIC[0], TAKEN if t < 2.5 else there), three(OTHER_SIDE))
+    assert {m.third for m in late} == {1.0}  # it has begun
+
+
+def test_the_third_lane_is_used_once_and_the_adjacent_one_the_next_time(drive, three):
+    obstacles_ = STATIC[0], TAKEN, {"x": 160.0, "y": 0.0}, {"x": 160.0, "y": OTHER_SIDE}
+    run = drive(np.arange(0.3, 220.0, 1.0), lambda _: obstacles_, three(OTHER_SIDE))
+    assert phases(run) == [KEEP, OUT, BESIDE, BACK] * 2 + [KEEP]
+    assert [m.third for m in run if m.phase == OUT] == sorted([m.third for m in run if m.phase == OUT], reverse=True)
+    assert run[-1].third == 0.0
+    assert run[-1].x_0 >= 79.0  # the path starts anew
+
+
+@settings(max_examples=25)
+@given(
+    y_third=st.sampled_from([OTHER_SIDE, BEYOND]),
+    seen=st.lists(st.tuples(st.floats(45, 220), SLOW, st.integers(0, 2)), min_size=2, max_size=6),
+    vanishes=st.floats(0, 40),
+)
+def test_with_three_lanes_the_path_never_jumps_and_a_change_keeps_its_lane(drive, three, y_third, seen, vanishes):
+    road = three(y_third)
+
+    def traffic(t):
+        moved = tuple({"x": x + v * t, "y": (0.0, 3.5, y_third)[lane], "v": v} for x, v, lane in seen)
+        return moved if t < vanishes else moved[1:]
+
+    def share(m, x):
+        return across(dataclasses.replace(road, l_change=road.l_third if m.third else road.l_change), m, x)
+
+    places = np.arange(0.0, 200.0, 2.0)
+    run = drive(places, traffic, road)
+    for x, before, now in zip(places[1:], run[:-1], run[1:], strict=True):
+        assert abs(share(now, x) - share(before, x)) <= 2.0 / road.l_change + 1e-9
+        if before.phase != KEEP:
+            assert now.third == before.third
         if before.phase == BACK:
             assert now.x_8 == before.x_8
             assert now.phase in {BACK, KEEP}

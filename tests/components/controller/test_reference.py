@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -80,6 +81,35 @@ def test_an_obstacle_beside_the_path_narrows_the_corridor(guidance, seen):
     assert found.y_lower.max() == pytest.approx(0.9 + 0.35)
     assert found.y_upper.tolist() == [guidance.y_left] * 3
     assert math.isclose(found.y_d.max(), 3.5, rel_tol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("y_third", "third", "places"),
+    [
+        (1e6, 0.0, {0.0: 1.8, 3.5: 1.8}),  # two lanes: the middle of the road
+        (-3.5, 0.0, {0.0: 1.75, 3.5: 1.75}),
+        (-3.5, 1.0, {0.0: -1.75, -3.5: -1.75}),
+        (7.0, 0.0, {0.0: 1.75, 3.5: 1.75}),
+        (7.0, 1.0, {0.0: 1.75, 3.0: 1.75, 4.0: 5.25, 7.0: 5.25}),
+    ],
+)
+def test_obstacles_are_parted_by_the_line_that_the_change_crosses(make, y_third, third, places):
+    block = make("mpc", y_third=y_third, y_left=5.35)
+    manoeuvre = dataclasses.replace(no_manoeuvre(), third=third)
+    assert {y: block.parting(manoeuvre, y) for y in places} == pytest.approx(places)
+
+
+@pytest.mark.parametrize(("y_third", "w"), [(-3.5, -3.5), (7.0, 7.0), (1e6, 3.5)])
+def test_a_change_to_the_third_lane_reaches_it_on_the_same_arcs(make, vehicle, y_third, w):
+    block = make("mpc", y_third=y_third)
+    shape, one = block.shape(1.0), block.shape()
+    assert (shape.w, shape.R) == (w, one.R)
+    assert shape.theta == pytest.approx(one.theta)  # no harder to follow, but longer
+    assert shape.length == pytest.approx(one.length + (abs(w) - 3.5) / math.tan(one.theta))
+    manoeuvre = dataclasses.replace(no_manoeuvre(), planned=1.0, x_1=20.0, x_8=80.0, third=1.0)
+    path = block.path(manoeuvre, vehicle()).waypoints
+    assert path.y[[7, 8]].tolist() == [w, w]
+    assert path.x[7] == pytest.approx(20.0 + block.shape(1.0).length)
 
 
 @given(v=st.floats(0, 30), v_d=st.floats(0, 30), t=st.floats(0.01, 2))

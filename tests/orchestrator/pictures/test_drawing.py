@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -92,3 +94,10 @@ def test_lane_marks_stay_between_the_lanes(static):
     marks = drawing.lane_marks(static.scene, -40.0, 140.0)
     assert (marks[..., 1] == 1.75).all()
     assert -40 <= marks[..., 0].min() <= marks[..., 0].max() <= 140
+
+
+def test_a_third_lane_has_a_mark_of_its_own(static):
+    one = drawing.lane_marks(static.scene, -40.0, 140.0)
+    both = drawing.lane_marks(dataclasses.replace(static.scene, y_third=-3.5, y_right=-5.25), -40.0, 140.0)
+    assert len(both) == 2 * len(one)
+    assert set(both[..., 1].ravel()) == {1.75, -1.75}

@@ -52,6 +52,25 @@ def test_the_lane_change_is_told_where_it_begins_and_ends(frame):
         assert frame["plant.state.x"][row - 1] < at[row] <= frame["plant.state.x"][row]
 
 
+def test_a_change_to_the_third_lane_is_told_as_one():
+    made = prepare("three-lanes", Options(mode="blocks"))
+    with Simulation(made.system, h=0.1, until=9.0) as simulation:
+        simulation.run()
+        columns = SignalColumns(simulation.frame(), signals(made.system))
+    phase = events.phases(columns, shown(made.system), made.scene)
+    names = [events.PHASES[i] for i in phase]
+    assert [n for i, n in enumerate(names) if i == 0 or names[i - 1] != n] == [
+        "own lane",
+        "changing out",
+        "third lane",
+        "changing back",
+        "own lane",
+    ]
+    log = events.EventLog(shown(made.system), made.scene, [])
+    told = [event.text.partition(" at ")[0] for event in log.of(columns, None) if " at x = " in event.text]
+    assert told[1] == "lane change to the third lane finished"
+
+
 def test_a_limit_is_told_when_it_is_reached_not_while_it_lasts(frame):
     at_limit = frame["controller.actuation.T_r"] >= 200
     begins = np.flatnonzero(at_limit & ~at_limit.shift(fill_value=False))
@@ -112,6 +131,6 @@ def test_a_plan_that_moves_is_told_once_per_second(frame):
 def test_without_a_path_there_is_no_manoeuvre():
     idle = prepare("idle", Options(mode="blocks"))
     columns = SignalColumns({"time": np.zeros(1)}, signals(idle.system))
-    assert events.phases(columns, shown(idle.system)) is None
+    assert events.phases(columns, shown(idle.system), idle.scene) is None
     log = events.EventLog(shown(idle.system), idle.scene, [])
     assert log.of(columns, None) == []

@@ -10,7 +10,7 @@ import pytest
 from orchestrator.results.departure import departure, in_surroundings
 from orchestrator.system.scene import BESIDE_ROAD, ROAD_AT_MOST, Scene
 
-ROAD = Scene(ego_length=4, ego_width=2, y_left=5, y_right=-2, y_lane=0, y_adjacent=3.5, l_gap=1)
+ROAD = Scene(ego_length=4, ego_width=2, y_left=5, y_right=-2, y_lane=0, y_adjacent=3.5, y_third=1e6, l_gap=1)
 
 
 def test_the_surroundings_end_beside_the_road_and_far_along_it():

@@ -10,7 +10,9 @@ from components.interfaces.buses import Actuation, Motion, ObstacleList, Plan, S
 from orchestrator.results.metrics import compute, verdicts
 from orchestrator.system.scene import Scene
 
-SCENE = Scene(ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, l_gap=0.3)
+SCENE = Scene(
+    ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, y_third=1e6, l_gap=0.3
+)
 BUSES = {
     VehicleState: "car.state",
     Tyre: "car.tyre",

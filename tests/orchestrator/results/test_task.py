@@ -11,7 +11,9 @@ from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
 from orchestrator.results.task import is_done, start_remarks, task
 from orchestrator.system.scene import Scene
 
-SCENE = Scene(ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, l_gap=0.3)
+SCENE = Scene(
+    ego_length=4.0, ego_width=2.0, y_left=5.0, y_right=-2.0, y_lane=0.0, y_adjacent=3.5, y_third=1e6, l_gap=0.3
+)
 BUSES = {VehicleState: "car.state", ObstacleList: "others.obstacles"}
 TIME = np.arange(11.0)
 

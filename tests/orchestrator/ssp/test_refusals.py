@@ -440,7 +440,7 @@ def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
             {"scene": dict.fromkeys(("ego_length", "ego_width", "l_gap", "y_left", "y_right", "y_lane", "trees"), 1.0)},
             [
                 "scene.trees: found an unknown parameter; valid: ego_length, ego_width, l_gap, y_adjacent, y_lane,"
-                " y_left, y_right",
+                " y_left, y_right, y_third",
                 "scene.y_adjacent: found no value; valid: a number",
             ],
         ),
@@ -496,7 +496,7 @@ def test_settings_of_the_scene_and_of_units_are_told_together(tmp_path):
     assert refusal(tmp_path / "theirs.ssp", settings=wrong) == [
         "plant.m: found -2.0; valid: 1 <= finite number [kg]",
         "scene.ego_widht: found an unknown parameter; valid: ego_length, ego_width, l_gap, y_adjacent, y_lane, y_left,"
-        " y_right. Did you mean `ego_width`?",
+        " y_right, y_third. Did you mean `ego_width`?",
         "scene.ego_width: found -1.0; valid: 0 <= finite number [m]",
     ]
 
