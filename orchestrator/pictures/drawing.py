@@ -15,7 +15,7 @@ from components.interfaces.maths import Array
 from orchestrator.pictures.signals import OBSTACLE_SIGNALS, PATH_SIGNALS, POSE_SIGNALS, Recorded, SignalColumns
 from orchestrator.results.geometry import box_distance
 from orchestrator.results.path_geometry import path_error
-from orchestrator.results.sightings import identities, sightings
+from orchestrator.results.sightings import identities
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import BusPaths, signal_path
 
@@ -57,12 +57,6 @@ class Boxes:
         """Only the boxes of the rows that a mask `(n,)` selects."""
         kept = rows[self.row]
         return self._picked(kept, self.count[rows], (np.cumsum(rows) - 1)[self.row[kept]])
-
-    def sightings(self) -> tuple[Boxes, Boxes]:
-        """Each obstacle as it was first and as it was last seen, all of them in one row, in the order of their ids."""
-        first, last = sightings(self.id)
-        count = np.array([len(first)], dtype=np.int64)
-        return self._picked(first, count, np.zeros_like(first)), self._picked(last, count, np.zeros_like(last))
 
     def _picked(self, which: NDArray[Any], count: NDArray[np.int64], row: NDArray[np.int64]) -> Boxes:
         """The boxes that a mask or indices pick, in other rows."""

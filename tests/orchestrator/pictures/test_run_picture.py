@@ -19,6 +19,7 @@ from orchestrator.recording.blueprint import blueprint
 from orchestrator.recording.stream import ShapeBatch, write
 from orchestrator.scenario.prepare import prepare
 from orchestrator.system.system import System
+from orchestrator.system.unit_source import UnitSource
 
 
 class Gear(IntEnum):
@@ -50,6 +51,9 @@ class Declared:
 
     def single_instance(self):
         return None
+
+
+UnitSource.register(Declared)
 
 
 @pytest.fixture

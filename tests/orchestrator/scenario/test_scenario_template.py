@@ -1,4 +1,4 @@
-"""A scenario file to begin with (`scenario_template.py`) and the form of scenario files (`scenario_schema.py`)."""
+"""Beginning a scenario (`scenario_template.py`, `scenario_command.py`), and its form (`scenario_schema.py`)."""
 
 from __future__ import annotations
 
