@@ -25,7 +25,7 @@ from orchestrator.results.departure import Departure, has_left
 from orchestrator.results.growth import growth_remarks
 from orchestrator.results.live_folder import LiveFolder
 from orchestrator.results.metrics import Chosen
-from orchestrator.results.provenance import facts
+from orchestrator.results.provenance import facts, measured_facts
 from orchestrator.results.ranges import range_remarks
 from orchestrator.results.row_files import RowFiles
 from orchestrator.results.run_folder import FIGURES, RECORDING, new_folder
@@ -159,12 +159,12 @@ class _Run:
         if self.rows.problem:
             self._recording.give_up(f"the rows need its room: {self.rows.problem}")
             self.rows.finish()
-        ending = summary.ending(self._ended)
+        self._columns = self.rows.columns()
+        self._content = summary.summary(self._scenario, self._simulation, self._columns, self._ended, self._known)
+        ending = summary.ending(self._ended) | measured_facts(self._content)
         self._recording.end(ending)
         if self._execution.live is not None:
             self._execution.live.end({**self._request.about, **ending})
-        self._columns = self.rows.columns()
-        self._content = summary.summary(self._scenario, self._simulation, self._columns, self._ended, self._known)
         if self._pacer is not None:
             self._content["realtime"] = self._pacer.report()
         self.folder.write_draft(self._content)

@@ -10,7 +10,7 @@ import typer
 from orchestrator.command.console import print_message
 
 
-def show(
+def show(  # noqa: PLR0913 - one parameter per option of the command
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.")],
     difference: Annotated[
         list[str] | None,
@@ -21,11 +21,15 @@ def show(
         Path | None, typer.Option(metavar="FILE.png", help="Write a picture instead; no display is needed.")
     ] = None,
     at: Annotated[list[float] | None, typer.Option(help="Time of the picture [s]. Repeatable.")] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture, such as 1280x800.")] = None,
+    tab: Annotated[str | None, typer.Option(help="Tab of the picture: run, all, about.")] = None,
 ) -> None:
     """Open a run in the Rerun viewer, or several in one picture, a colour each.
 
     A run that was cut short is opened from a repaired copy.
     """
     from orchestrator.viewing import viewer  # noqa: PLC0415
+    from orchestrator.viewing.photograph import Look  # noqa: PLC0415
 
-    viewer.show(runs, difference or [], print_message, web=web, picture=picture, times=at or [])
+    look = Look(size, tab) if size or tab else None
+    viewer.show(runs, difference or [], print_message, web=web, picture=picture, times=at or [], look=look)

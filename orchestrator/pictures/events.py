@@ -37,7 +37,7 @@ _STATUS_SIGNALS: Final = (Solver, "status")
 _MOVED: Final = 1.0
 """[m] A lane change that moves by more than this is a new plan."""
 _PAUSE: Final = 1.0
-"""[s] Least time between two lines about a plan that keeps moving."""
+"""[s] Least time between two lines about a plan that keeps moving, or about a limit that is left and met again."""
 _AT_LIMIT: Final = 1 - 1e-9
 """Share of a limit that counts as reached."""
 
@@ -109,6 +109,8 @@ class EventLog:
         self._memory = Memory()
         self._plan: Array | None = None
         """What the last line about a plan said, or the plan at the start."""
+        self._held: dict[str, float] = {}
+        """[s] The last time at which each condition held."""
         self._plan_time = -np.inf
         """[s] The time of the last line about a plan."""
 
@@ -174,8 +176,20 @@ class EventLog:
         for limit in (x for x in self._limits if x.binds and columns.has(x.signal.path)):
             values, side = columns.of(limit.signal.path), np.sign(limit.value)
             holds = side * values >= side * limit.value * _AT_LIMIT
-            for row in self._memory.begins(f"limit {limit.signal.path} {limit.name}", holds & (limit.value != 0)):
+            for row in self._stretches(f"limit {limit.signal.path} {limit.name}", holds & (limit.value != 0), columns):
                 yield Event(int(row), _limit_text(limit), "WARN")
+
+    def _stretches(self, at: str, holds: NDArray[np.bool_], columns: SignalColumns) -> Iterator[int]:
+        """The rows where a condition begins to hold, unless it has held less than `_PAUSE` before."""
+        begins = self._memory.begins(at, holds)
+        held = columns.time[holds]
+        for row in begins:
+            earlier = held[held < columns.time[row]]
+            last = earlier[-1] if len(earlier) else self._held.get(at, -np.inf)
+            if columns.time[row] - last > _PAUSE:
+                yield int(row)
+        if len(held):
+            self._held[at] = float(held[-1])
 
     def _near(self, near: Nearest, scene: Scene) -> Iterator[Event]:
         gap, identity = near

@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from orchestrator.results.provenance import facts
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.shown import parameter_values
 from orchestrator.system.system import System
+
+_DRAWN: Final = "".join(
+    f"* {line}\n"
+    for line in (
+        "**blue box**: the ego vehicle; its **trail** goes from green on the path to red far from it",
+        "**orange boxes**: obstacles, each with its number; the pale line around one is its safety boundary",
+        "**violet line** with P0 to P14: the path that is followed; **white line**: the plan over the horizon",
+        "**yellow lines**: the corridor in which the plan has to stay",
+        "**grey lines** in plots: limits, whose values stand in the titles; signals that are held are drawn as steps",
+    )
+)
+"""The legend of the pictures."""
 
 
 def page(name: str, about: Mapping[str, str], system: System) -> str:
@@ -19,7 +31,7 @@ def page(name: str, about: Mapping[str, str], system: System) -> str:
         about: Its provenance, as `provenance.facts` gives it.
         system: What was run.
     """
-    text = f"# {name}\n\n" + _table(("", ""), about.items())
+    text = f"# {name}\n\n" + _table(("", ""), about.items()) + f"\n## What is drawn\n\n{_DRAWN}"
     if parameters := list(_parameters(system)):
         text += "\n## Parameters\n\n" + _table(("parameter", "value", "unit", "meaning"), parameters)
     wires = "\n".join(f"* {connection}" for connection in system.connections)

@@ -36,10 +36,36 @@ SERIES: Final[tuple[Colour, ...]] = (
 )
 SERIES_NAMES: Final = ("blue", "orange", "green", "red", "violet", "cyan")
 """The name of each colour, for titles."""
-RUNS: Final[tuple[Colour, ...]] = (EGO, (240, 140, 40), (60, 180, 110), (225, 80, 130), (165, 120, 230), (50, 185, 195))
+RUNS: Final[tuple[Colour, ...]] = (
+    EGO,
+    (240, 140, 40),
+    (60, 180, 110),
+    (225, 80, 130),
+    (165, 120, 230),
+    (50, 185, 195),
+    (180, 150, 30),
+    (165, 105, 70),
+    (125, 135, 150),
+    (220, 70, 60),
+    (105, 165, 40),
+    (215, 135, 185),
+)
 """One per run of a comparison, from the start again where there are more runs."""
 
-RUN_NAMES: Final = ("blue", "orange", "green", "pink", "violet", "cyan")
+RUN_NAMES: Final = (
+    "blue",
+    "orange",
+    "green",
+    "pink",
+    "violet",
+    "cyan",
+    "yellow",
+    "brown",
+    "grey",
+    "red",
+    "lime",
+    "mauve",
+)
 
 STATES: Final[dict[str, Colour]] = {
     "converged": (55, 150, 95),

@@ -16,19 +16,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orchestrator.pictures import drawing, events, friction, palette, plots, world
+from orchestrator.pictures import drawing, events, friction, palette, plots, present_values, world
 from orchestrator.pictures.shapes import (
     LogLines,
     Memory,
+    Page,
     SeriesStyle,
     SeriesValues,
     Shape,
     States,
     StateStyle,
     Style,
+    Texts,
     entity,
 )
 from orchestrator.pictures.signals import Recorded, SignalColumns
+from orchestrator.results.provenance import NO
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import shown
 from orchestrator.system.system import System
@@ -74,6 +77,8 @@ class RunPicture:
         self._world = None if self.scene is None else world.World(self.buses, self.scene, run, colour, number or 0)
         self._log = events.EventLog(self.buses, self.scene, self.limits)
         self._memory = Memory()
+        self._told = [] if colour is not None else present_values.shown_signals(system, self.signals)
+        self._held = {name for name, source in system.units.items() if not source.interface.output_after_set}
 
     @cached_property
     def has_friction(self) -> bool:
@@ -99,6 +104,11 @@ class RunPicture:
     def has_states(self) -> bool:
         """Whether there is a timeline of states."""
         return self.has_path_error or any(signal.states or signal.is_text for signal in self.signals)
+
+    @property
+    def tells_values(self) -> bool:
+        """Whether there is a table of the values at the time cursor; several runs have no room for theirs."""
+        return bool(self._told)
 
     @cached_property
     def has_events(self) -> bool:
@@ -141,6 +151,8 @@ class RunPicture:
             yield from friction.styles(self.run, self._colour or palette.SERIES[0])
         if self._world is not None:
             yield from self._world.styles(self._parts)
+        if self.tells_values:
+            yield Page(entity=self.at("now"), text="")
 
     def shapes(
         self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None
@@ -169,6 +181,10 @@ class RunPicture:
         if self._world is not None:
             yield from self._world.shapes(columns, error, boxes)
         yield from self._phases_and_events(columns, near)
+        if any(columns.has(signal.path) for signal in self._told):
+            derived = {"path error": error, "gap": None if near is None else near.gap}
+            known = {name: values for name, values in derived.items() if values is not None}
+            yield Texts(entity=self.at("now"), texts=present_values.tables(columns, self._told, known))
 
     def _gap(self, gap: NDArray[np.float64]) -> Iterator[Shape]:
         """The gap to the nearest obstacle; while nobody is near there is a hole in the line."""
@@ -178,13 +194,18 @@ class RunPicture:
         if rows.any():
             yield SeriesValues(entity=at, rows=rows, values=np.where(far, np.nan, gap)[rows])
 
-    def fault(self, what: str) -> LogLines:
-        """The line of the log that says why the run ended before its stop time, for its last row.
+    def ending(self, about: Mapping[str, str]) -> LogLines:
+        """The lines of the log that say how the run ended and what came of it, for its last row.
 
         Args:
-            what: The unit and the reason.
+            about: Its provenance; the entries `fault`, `verdicts` and `metrics` become lines.
         """
-        return LogLines(entity=self.at("events"), texts=[f"{self._prefix}fault in {what}"], levels=["ERROR"])
+        said = [("ERROR", f"fault in {about['fault']}")] if "fault" in about else []
+        if "verdicts" in about:
+            said.append(("WARN" if NO in about["verdicts"] else "INFO", about["verdicts"]))
+        said += [("INFO", about["metrics"])] if "metrics" in about else []
+        texts, levels = [f"{self._prefix}{text}" for _, text in said], [level for level, _ in said]
+        return LogLines(entity=self.at("events"), texts=texts, levels=levels)
 
     @property
     def _prefix(self) -> str:
@@ -195,13 +216,13 @@ class RunPicture:
         """The path of an entity of this run, by its first part and the parts that follow the name of the run."""
         return entity(root, self.run, *parts)
 
-    def _lines(self, at: str, names: list[str], first: int = 0) -> SeriesStyle:
+    def _lines(self, at: str, names: list[str], first: int = 0, *, held: bool = False) -> SeriesStyle:
         """The style of series; in a comparison they have the colour and the name of the run."""
         if self._colour is None:
             colours = [palette.SERIES[(first + i) % len(palette.SERIES)] for i in range(len(names))]
-            return SeriesStyle(entity=at, names=names, colours=colours)
+            return SeriesStyle(entity=at, names=names, colours=colours, held=held)
         legend = [self.run] if len(names) == 1 else [f"{self.run} {name}" for name in names]
-        return SeriesStyle(entity=at, names=legend, colours=[self._colour] * len(names))
+        return SeriesStyle(entity=at, names=legend, colours=[self._colour] * len(names), held=held)
 
     def _states(self, at: str, names: Sequence[str]) -> StateStyle:
         return StateStyle(entity=at, names=names, colours=[palette.state(name, i) for i, name in enumerate(names)])
@@ -209,7 +230,8 @@ class RunPicture:
     def _series_styles(self) -> Iterator[Style]:
         for signal in (s for s in self.signals if s.is_number):
             at = self.at("signals", *signal.parts)
-            yield self._lines(at, signal.labels, self._places[signal.path][0])
+            held = signal.unit in self._held or not signal.variable.quantity.type.is_float
+            yield self._lines(at, signal.labels, self._places[signal.path][0], held=held)
             if names := list(signal.states.values()):
                 yield self._states(self.at("states", *signal.parts), names)
         for limit in (limit for limit in self.limits if limit.is_near):

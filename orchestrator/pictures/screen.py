@@ -133,6 +133,8 @@ def _states_and_log(runs: Sequence[RunPicture]) -> list[View]:
     views: list[View] = []
     if any(run.has_states for run in runs):
         views.append(Panel("states", "Modes and solver status", "/states"))
+    if len(runs) == 1 and runs[0].tells_values:
+        views.append(Panel("page", "Values at the time cursor", "/now"))
     if any(run.has_events for run in runs):
         views.append(Panel("log", "Events", "/events"))
     return views
@@ -195,11 +197,18 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
     if states_and_log := _states_and_log(runs):
         columns[_WHEN], shares = states_and_log, [*shares, 1.1]
     # The viewer shows the title of a column only where it is a tab.
-    headed = [ViewGroup("tabs", [ViewGroup("column", views, title=question)]) for question, views in columns.items()]
+    headed = [
+        ViewGroup("tabs", [ViewGroup("column", views, _WHEN_SHARES.get(len(views)), question)])
+        if question == _WHEN
+        else ViewGroup("tabs", [ViewGroup("column", views, title=question)])
+        for question, views in columns.items()
+    ]
     return ViewGroup("row", headed, shares) if headed else None
 
 
 _WHEN: Final = "When was what?"
+_WHEN_SHARES: Final = {3: [0.7, 1.2, 1.1]}
+"""Shares of the room for states, values and log, by the number of views."""
 
 
 def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:

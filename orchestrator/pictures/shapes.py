@@ -70,6 +70,13 @@ class LogLines(Shape):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Texts(Shape):
+    """A text in Markdown for each row."""
+
+    texts: Sequence[str]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Pose(Shape):
     """Place and rotation of everything below the entity."""
 
@@ -131,6 +138,8 @@ class SeriesStyle(Style):
     colours: Sequence[Colour]
     width: float = 1.5
     """[pixel] The width of the lines."""
+    held: bool = False
+    """Whether values hold until the next one, so that lines are steps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,7 +226,7 @@ class Surface(Style):
 
 @dataclass(frozen=True, kw_only=True)
 class Page(Style):
-    """A text in Markdown."""
+    """A text in Markdown; an empty one where `Texts` follow."""
 
     text: str
 

@@ -63,6 +63,8 @@ def _columns(shape: s.Shape) -> Any:
             columns = rr.StateChange.columns(state=shape.names)
         case s.LogLines():
             columns = rr.TextLog.columns(text=shape.texts, level=shape.levels)
+        case s.Texts():
+            columns = rr.TextDocument.columns(text=shape.texts)
         case s.Pose():
             columns = rr.Transform3D.columns(translation=shape.places, quaternion=shape.rotations)
         case s.Points():
@@ -87,7 +89,8 @@ def _static(style: s.Style) -> list[tuple[str, Any]]:
     match style:
         case s.SeriesStyle():
             widths = [style.width] * len(style.names)
-            archetype = rr.SeriesLines(names=style.names, colors=style.colours, widths=widths)
+            steps = rr.components.InterpolationMode.StepAfter if style.held else None
+            archetype = rr.SeriesLines(names=style.names, colors=style.colours, widths=widths, interpolation_mode=steps)
         case s.StateStyle():
             archetype = rr.StateConfiguration(values=list(style.names), colors=style.colours)
         case s.PointStyle():
@@ -105,7 +108,7 @@ def _static(style: s.Style) -> list[tuple[str, Any]]:
         case s.Surface():
             archetype = _surface(style)
         case s.Page():
-            archetype = rr.TextDocument(style.text, media_type="text/markdown")
+            archetype = rr.TextDocument.from_fields(text=style.text or None, media_type="text/markdown")
         case s.Car():
             return _car(style)
         case _:

@@ -111,16 +111,16 @@ class RerunStream:
         """Write what is left, and the file's footer.
 
         Args:
-            about: The run's provenance as it is known at the end; its entry `fault` also becomes a line of the log,
-                at the last row.
+            about: The run's provenance as it is known at the end; some of it becomes lines of the log as well, at
+                the last row.
 
         Returns:
             The recording, if it was made in memory.
         """
         if about is not None:
-            if "fault" in about:
-                last = np.array([self._last])
-                send_shapes(self._stream, self._grid.ticks(last), last, [self._picture.fault(about["fault"])])
+            ending = self._picture.ending(about)
+            last = np.full(len(ending.texts), self._last)
+            send_shapes(self._stream, self._grid.ticks(last), last, [ending] if len(last) else [])
             send_style(self._stream, Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
         self.flush()
         whole = b"" if self._memory is None else self._memory.read() or b""

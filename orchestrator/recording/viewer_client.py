@@ -23,12 +23,13 @@ _DRAWS_WITHIN: Final = 120.0
 """[s] The time after which a picture is taken even though it still changes."""
 
 
-def screenshots(
+def screenshots(  # noqa: PLR0913 - what a picture is taken of, and how
     url: str,
     recording: Path,
     times: Sequence[float | None],
     settle: float,
     lives: Callable[[], bool] = lambda: True,
+    tab: str | None = None,
 ) -> Iterator[bytes]:
     """Open a recording in the viewer at a URL and take pictures of the window.
 
@@ -39,19 +40,22 @@ def screenshots(
             opens.
         settle: Pause [s] between loading the recording and the first picture.
         lives: Whether the viewer's program runs; it is not waited for when it has ended.
+        tab: The beginning of the name of the tab that is opened; the one that the recording opens, if not given.
 
     Yields:
         The content of one PNG file for each of the `times`.
 
     Raises:
         ConnectionError: The viewer does not answer.
-        ValueError: The viewer finds nothing to show.
+        ValueError: The viewer finds nothing to show, or no such tab.
     """
     try:
         viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN, lives)
         _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN, lives)
         if not _loads(viewer, lives):
             raise ValueError("nothing that the viewer can show")
+        if tab is not None:
+            _open_tab(viewer, tab)
         clock.sleep(settle)
         for time in times:
             if time is not None:
@@ -86,6 +90,19 @@ def _loads(viewer: ViewerClient, lives: Callable[[], bool]) -> bool:
         answers += not state.loading
         clock.sleep(0.1)
     return False
+
+
+def _open_tab(viewer: ViewerClient, beginning: str) -> None:
+    """Open a tab of the screen by the beginning of its name, whatever its case."""
+    known = viewer.get_blueprint().blueprint
+    parts = {path.strip("/"): part for path, archetypes in known.items() for part in archetypes.values()}
+    screens = [p for p in parts.values() if p.get("container_kind") == "Tabs" and isinstance(p.get("contents"), list)]
+    tabs = {parts[tab]["display_name"]: tab for tab in screens[0]["contents"]} if screens else {}
+    found = next((tab for name, tab in tabs.items() if name.lower().startswith(beginning.lower())), None)
+    if found is None:
+        raise ValueError(f"no tab `{beginning}`, but {', '.join(tabs) or 'none'}")
+    screens[0]["active_tab"] = found
+    viewer.set_blueprint(known, of="recording")
 
 
 def _still_picture(viewer: ViewerClient) -> bytes:

@@ -149,9 +149,16 @@ class FileColumns(Mapping[str, Any]):
 
 def _write_whole(tables: Iterable[pa.Table], schema: pa.Schema, path: Path) -> None:
     most = max(1, min(_GROUP[0], _GROUP[1] // _row_size(schema)))
-    with unfinished(path) as file, pq.ParquetWriter(file, schema, compression="zstd") as writer:
+    with unfinished(path) as file, pq.ParquetWriter(file, schema, compression="zstd", **_encoding(schema)) as writer:
         for group in _groups((_conforming(table, schema) for table in tables), most):
             writer.write_table(group, row_group_size=most)
+
+
+def _encoding(schema: pa.Schema) -> dict[str, Any]:
+    """Numbers byte by byte, which takes a fifth less room, the rest as dictionaries; no statistics, which nobody reads."""
+    numbers = {field.name: "BYTE_STREAM_SPLIT" for field in schema if pa.types.is_floating(field.type)}
+    others = [name for name in schema.names if name not in numbers]
+    return {"column_encoding": numbers, "use_dictionary": others, "write_statistics": False}
 
 
 def _groups(tables: Iterable[pa.Table], most: int) -> Iterator[pa.Table]:

@@ -58,6 +58,26 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
     return texts | dict(summary.get("versions", {}))
 
 
+NO: Final = ": no"
+"""What a text of verdicts holds where one of them does not hold."""
+_TOLD: Final = {"gap_obstacle": "m", "gap_edge": "m", "path_error_max": "m", "mu_f_max": "", "mu_r_max": ""}
+"""The metrics of the entry `metrics`, and their units of measurement."""
+
+
+def measured_facts(summary: Mapping[str, Any]) -> dict[str, str]:
+    """What came of a run: the entries `verdicts` and `metrics`, as far as there are any.
+
+    Args:
+        summary: The content of `summary.json`.
+    """
+    held: Mapping[str, bool] = summary.get("verdicts", {})
+    verdicts = [f"{name.replace('_', ' ')}{': yes' if holds else NO}" for name, holds in held.items()]
+    known: Mapping[str, float] = summary.get("metrics", {})
+    metrics = [f"{name} {known[name]:.3g} {unit}".rstrip() for name, unit in _TOLD.items() if name in known]
+    texts = {"verdicts": ", ".join(verdicts), "metrics": ", ".join(metrics)}
+    return {name: text for name, text in texts.items() if text}
+
+
 def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:
     """What ended a run before its stop time, and when.
 

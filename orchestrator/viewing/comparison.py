@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -17,7 +18,7 @@ from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.screen import Series, screen
 from orchestrator.pictures.shapes import Page, SeriesStyle, SeriesValues, Shape, Style, entity
 from orchestrator.recording.stream import ShapeBatch, write
-from orchestrator.results.provenance import facts
+from orchestrator.results.provenance import facts, measured_facts
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.stepping.paces import paces
 from orchestrator.system.experiment import TimeGrid
@@ -40,8 +41,9 @@ def rebuild(run: KeptRun, table: RunRows, path: Path) -> None:
     """
     scenario, groups = run.scenario, _groups(run, table)
     picture = RunPicture(scenario.system, scenario.scene, timed=False, recorded=groups)
-    page = Page(entity="/about", text=pages.page(run.name, facts(run.summary), scenario.system))
-    batches = [*_batches(picture, groups, scenario.grid), *_fault(picture, run, table)]
+    about = facts(run.summary) | measured_facts(run.summary)
+    page = Page(entity="/about", text=pages.page(run.name, about, scenario.system))
+    batches = [*_batches(picture, groups, scenario.grid), *_ending(picture, run, table)]
     write(path, run.name, screen([picture]), [page, *picture.styles()], batches)
 
 
@@ -74,7 +76,7 @@ def compare(runs: Sequence[KeptRun], tables: Sequence[RunRows], differences: Seq
     batches: list[ShapeBatch] = []
     for i, (run, table) in enumerate(zip(runs, tables, strict=True)):
         grid = run.scenario.grid
-        batches += [*_batches(pictures[i], groups[i], grid), *_fault(pictures[i], run, table)]
+        batches += [*_batches(pictures[i], groups[i], grid), *_ending(pictures[i], run, table)]
         if i:
             batches.append(_batch(table, grid, _differences(names[i], chosen, tables[0], table)))
     views = [_view(column, names, pictures[0]) for column in chosen]
@@ -159,11 +161,13 @@ def _batch(rows: RunRows, grid: TimeGrid, shapes: Iterable[Shape | Style]) -> Sh
     return ShapeBatch(grid.ticks(times), times, shapes)
 
 
-def _fault(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
-    """Why a run ended before its stop time, at its last tick."""
-    last, about = {"time": table["time"][-1:]}, facts(run.summary)
-    if "fault" in about and len(last["time"]):
-        yield _batch(last, run.scenario.grid, [picture.fault(about["fault"])])
+def _ending(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
+    """How a run ended, and what came of it, at its last tick."""
+    ending = picture.ending(facts(run.summary) | measured_facts(run.summary))
+    if len(table["time"]):
+        for i in range(len(ending.texts)):
+            line = replace(ending, texts=ending.texts[i : i + 1], levels=ending.levels[i : i + 1])
+            yield _batch({"time": table["time"][-1:]}, run.scenario.grid, [line])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:

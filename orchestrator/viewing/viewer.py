@@ -15,7 +15,7 @@ from fmus.toolchain.scratch import scratch_folder
 from orchestrator.results import run_folder
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.viewing import repair
-from orchestrator.viewing.photograph import PICTURE, write_pictures
+from orchestrator.viewing.photograph import PICTURE, Look, write_pictures
 from orchestrator.viewing.rerun_program import LOOPBACK, end_with_parent, executable, has_display, tell_of_usage_data
 
 _PAGE: Final = re.compile(r"http://[\w.:]+/?\?url=\S+")
@@ -31,6 +31,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     web: bool = False,
     picture: Path | None = None,
     times: Sequence[float] = (),
+    look: Look | None = None,
 ) -> None:
     """Open one run, or several in the same views, and come back when the viewer is closed.
 
@@ -41,6 +42,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
         web: Whether to open a browser instead of a window.
         picture: A PNG file that is written instead of opening the viewer.
         times: Times [s] of the run at which pictures are taken; one file for each.
+        look: The size of the window in the pictures, and the tab that is open.
 
     Raises:
         RequestError: A request cannot be met; the error has the problems of all requests.
@@ -48,6 +50,8 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     runs = _found(requests, differences)
     if times and picture is None:
         raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
+    if look is not None and picture is None:
+        raise refuse("--size, --tab", "no picture to be taken", "together with --picture FILE.png")
     problems = [Problem("--at", f"{time:g}", "a finite number of seconds") for time in times if not isfinite(time)]
     if picture is not None and picture.suffix != ".png":
         problems.append(Problem(f"--picture {picture}", f"`{picture.name}`", PICTURE))
@@ -62,7 +66,7 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
         if picture is None:
             open_viewer(path, tell, web=web)
             return
-        for written in write_pictures(path, picture, times):
+        for written in write_pictures(path, picture, times, look):
             tell(str(written))
 
 

@@ -40,6 +40,7 @@ def test_a_run_is_answered_question_by_question():
         "Gap to the nearest obstacle [m]",
         f"Wall time per step [{MICROSECONDS}]",
         "Modes and solver status",
+        "Values at the time cursor",
         "Events",
     ]
     columns = run.parts[1].parts
@@ -114,6 +115,7 @@ def test_what_is_not_recorded_has_no_view():
         "mu_f violet, mu_r cyan ≤ 1: friction share",
         "Speed v_x [m/s], v_ref 10",
         f"Wall time per step [{MICROSECONDS}]",
+        "Values at the time cursor",
         "Events",
     ]
     assert [column.title for head in run.parts[1].parts for column in head.parts] == [

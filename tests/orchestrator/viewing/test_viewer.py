@@ -25,6 +25,7 @@ from orchestrator.recording import viewer_client
 from orchestrator.recording.series_reader import read_series
 from orchestrator.recording.stream import RerunStream
 from orchestrator.results import run_folder as kept
+from orchestrator.viewing import photograph as photograph_module
 from orchestrator.viewing import viewer
 from orchestrator.viewing.photograph import headless_viewer, photograph
 from orchestrator.viewing.rerun_program import answers, executable
@@ -337,3 +338,30 @@ def test_a_viewer_that_fails_says_why(static, monkeypatch, tmp_path):
         "Rerun viewer: found exit code 1 (no graphics adapter was found); "
         "valid: a machine with a display and a graphics driver."
     )
+
+
+@pytest.mark.viewer
+def test_a_picture_has_the_size_and_the_tab_that_are_asked_for(static, graphics, tmp_path):
+    sizes = {}
+    for tab in ("run", "about"):
+        (file,) = photograph_module.write_pictures(
+            static / "recording.rrd", tmp_path / f"{tab}.png", [3.0], photograph_module.Look("1280x800", tab)
+        )
+        with Image.open(file) as picture:
+            sizes[tab] = picture.size
+    assert sizes == {"run": (1280, 800), "about": (1280, 800)}
+    assert (tmp_path / "run.png").read_bytes() != (tmp_path / "about.png").read_bytes()
+    with pytest.raises(RequestError, match="found no tab `zzz`, but Run, All signals, About this run"):
+        photograph(static / "recording.rrd", [3.0], look=photograph_module.Look(tab="zzz"))
+
+
+@pytest.mark.parametrize("size", ["5x5", "1280", "1280x", "axb", "12800x900"])
+def test_a_size_of_another_form_is_refused(size):
+    with pytest.raises(RequestError, match=f"--size {size}: found text of another form; valid: WIDTHxHEIGHT"):
+        photograph_module.Look(size)
+
+
+def test_size_and_tab_need_a_picture(macrostep):
+    code, _, err = macrostep("show", "r", "--tab", "about")
+    assert code == 2
+    assert "r: found" in err or "--size, --tab: found no picture to be taken" in err
