@@ -195,7 +195,7 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
         columns[plots.FAST] = [*columns.get(plots.FAST, ()), *more]
     shares = [1.0] * len(columns)
     if states_and_log := _states_and_log(runs):
-        columns[_WHEN], shares = states_and_log, [*shares, 1.1]
+        columns[_WHEN], shares = states_and_log, [*shares, 1.35]
     # The viewer shows the title of a column only where it is a tab.
     headed = [
         ViewGroup("tabs", [ViewGroup("column", views, _WHEN_SHARES.get(len(views)), question)])
@@ -207,7 +207,7 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
 
 
 _WHEN: Final = "When was what?"
-_WHEN_SHARES: Final = {3: [0.7, 1.2, 1.1]}
+_WHEN_SHARES: Final = {3: [0.8, 1.35, 0.85]}
 """Shares of the room for states, values and log, by the number of views."""
 
 

@@ -155,7 +155,7 @@ def _write_whole(tables: Iterable[pa.Table], schema: pa.Schema, path: Path) -> N
 
 
 def _encoding(schema: pa.Schema) -> dict[str, Any]:
-    """Numbers byte by byte, which takes a fifth less room, the rest as dictionaries; no statistics, which nobody reads."""
+    """Numbers byte by byte, which take a fifth less room, the rest as dictionaries; statistics nobody reads."""
     numbers = {field.name: "BYTE_STREAM_SPLIT" for field in schema if pa.types.is_floating(field.type)}
     others = [name for name in schema.names if name not in numbers]
     return {"column_encoding": numbers, "use_dictionary": others, "write_statistics": False}

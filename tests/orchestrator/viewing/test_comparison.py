@@ -121,6 +121,7 @@ def test_a_recordings_layout_has_the_views_of_what_is_recorded(sparse, tmp_path)
         "Place across the road y [m]",
         "Yaw rate r [rad/s]",
         "Speed v_x [m/s], v_ref 10",
+        "Values at the time cursor",
         "Events",
         "plant.state [m]: x blue, y orange",
         "plant.state [rad]: psi green",
