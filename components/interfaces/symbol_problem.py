@@ -26,14 +26,14 @@ _ERRORS = (
     (
         ("truth value",),
         "a decision on a signal",
-        "an expression that has both cases: `where(condition, a, b)`",
-        "components.maths has it; `both`, `either`, `negate` for `and`, `or`, `not`; `fmin`, `fmax` for `min`, `max`.",
+        "an expression that has both cases: `maths.where(condition, a, b)`",
+        "`from components import maths`; it has `both`, `either`, `negate`, `fmin` and `fmax` too.",
     ),
     (
         (_NO_VALUE, "to_int", "to_double", "as an integer", "not sx", "not mx", "non-integral"),
         "a function of numbers, given a signal",
-        "a function of components.maths, such as `sin`",
-        "They take numbers and symbols alike.",
+        "a function of `maths`, such as `maths.sin`",
+        "`from components import maths`; its functions take numbers and symbols alike.",
     ),
 )
 """What CasADi and Python say, and what is to be said instead."""

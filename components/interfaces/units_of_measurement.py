@@ -67,6 +67,22 @@ UNITS_OF_MEASUREMENT: Final = MappingProxyType(
         "N.s": _si("Impulse", kg=1, m=1, s=-1),
         "N.m": _si("Torque", kg=1, m=2, s=-2),
         "N/rad": _si("CorneringStiffness", kg=1, m=1, s=-2, rad=-1),
+        "m3": _si("Volume", m=3),
+        "m/s3": _si("Jerk", m=1, s=-3),
+        "Hz": _si("Frequency", s=-1),
+        "kg/m3": _si("Density", kg=1, m=-3),
+        "kg.m/s": _si("Momentum", kg=1, m=1, s=-1),
+        "N/m": _si("Stiffness", kg=1, s=-2),
+        "N.s/m": _si("Damping", kg=1, s=-1),
+        "N.m/rad": _si("RotationalStiffness", kg=1, m=2, s=-2, rad=-1),
+        "N.m.s/rad": _si("RotationalDamping", kg=1, m=2, s=-1, rad=-1),
+        "Pa": _si("Pressure", kg=1, m=-1, s=-2),
+        "J": _si("Energy", kg=1, m=2, s=-2),
+        "W": _si("Power", kg=1, m=2, s=-3),
+        "K": _si("Temperature", K=1),
+        "A": _si("ElectricCurrent", A=1),
+        "V": _si("Voltage", kg=1, m=2, s=-3, A=-1),
+        "Ohm": _si("Resistance", kg=1, m=2, s=-3, A=-2),
     }
 )
 """By symbol; every factor is 1 because all signals of our own are in SI units."""

@@ -87,6 +87,11 @@ def library() -> Path:
     return Path(components.interfaces.__path__[0]).parent / "modelica" / "MacroStep"
 
 
+def standard_types() -> Path:
+    """A Modelica package with the types of `Modelica.Units.SI`, which every model may use too."""
+    return library().with_name("Modelica")
+
+
 def read(path: Path, model: str | None = None) -> FlatModel:
     """Flatten a Modelica model.
 
@@ -100,7 +105,7 @@ def read(path: Path, model: str | None = None) -> FlatModel:
     if not path.is_file():
         raise refuse(str(path), "no such file", "a Modelica file (.mo)")
     with reading(str(path), "a model that a block can express"):
-        return _flat(path, compiled_model(path, model, library()))
+        return _flat(path, compiled_model(path, model, [library(), standard_types()]))
 
 
 def _flat(path: Path, compiled: CompiledModel) -> FlatModel:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,7 +39,7 @@ class CompiledModel:
     """Number, file and text of everything that it was compiled from."""
 
 
-def compiled_model(path: Path, model: str | None, library: Path) -> CompiledModel:
+def compiled_model(path: Path, model: str | None, libraries: Sequence[Path]) -> CompiledModel:
     """Compile a Modelica model.
 
     A file that lies in a package of several files is compiled with these; any other by itself.
@@ -47,7 +47,7 @@ def compiled_model(path: Path, model: str | None, library: Path) -> CompiledMode
     Args:
         path: The file.
         model: The model's name; None for the only model of the file.
-        library: A Modelica package that the file may use.
+        libraries: Modelica packages that the file may use.
 
     Raises:
         RequestError: rumoca is not installed, or does not compile the model within the limits.
@@ -60,7 +60,7 @@ def compiled_model(path: Path, model: str | None, library: Path) -> CompiledMode
         "text": _text(path),
         "name": path.name,
         "model": model,
-        "library": str(library.absolute()),
+        "libraries": [str(library.absolute()) for library in libraries],
         "path": str(path.absolute()) if whole else None,
     }
     answer = _answer(path, request)

@@ -34,7 +34,7 @@ def flattened(request: dict[str, Any]) -> dict[str, Any]:
     """Flatten a model.
 
     Args:
-        request: The `text` of a file, its `name` in messages, the `model` or None, the `library` that it may use, and
+        request: The `text` of a file, its `name` in messages, the `model` or None, the `libraries` that it may use, and
             its `path` where it is a part of a package of several files, which are read with it.
 
     Returns:
@@ -44,7 +44,7 @@ def flattened(request: dict[str, Any]) -> dict[str, Any]:
 
     text, name = request["text"], request["name"]
     try:
-        session = rumoca.Session([request["library"]])
+        session = rumoca.Session(request["libraries"])
         if request["path"] is None:
             compiled = session.loads(text, model=request["model"], filename=name)
         else:

@@ -84,7 +84,6 @@ class StatusLine:
 
     def done(self, text: str) -> None:
         """Print a result on a line of its own."""
-        self.now(text)
         err.print(text)
 
     def end(self) -> None:

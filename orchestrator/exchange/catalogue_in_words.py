@@ -18,10 +18,10 @@ from orchestrator.scenario import scenario_file
 from orchestrator.scenario.parameters import block_parameters
 
 
-def modelica_in_words(request: str, socket: str | None) -> list[str]:
-    """What a model of a Modelica file is as a block. Raises `RequestError`."""
+def modelica_in_words(request: str, socket: str | None) -> tuple[list[str], str]:
+    """What a model of a Modelica file is as a block, and the socket that it fills. Raises `RequestError`."""
     model = read_modelica(request, socket)
-    return _in_words(model.block, model.start, {})
+    return _in_words(model.block, model.start, {}), model.block.socket.name
 
 
 def in_words(name: str) -> list[str]:
@@ -67,7 +67,7 @@ def _in_words(block: type[Block[Any, Any, Any]], values: Mapping[str, Any], sour
     about = inspect.cleandoc(block.__doc__ or "").splitlines()
     lines = [f"{block.name}: a block of the socket {block.socket.name}", *(f"  {line}".rstrip() for line in about), ""]
     if block.parameters():
-        rows = [("parameter", "value", "valid", "", "source")]
+        rows = [("parameter", "value", "valid", "meaning", "source")]
         rows += [
             (
                 f"  {p.name}",
@@ -80,7 +80,7 @@ def _in_words(block: type[Block[Any, Any, Any]], values: Mapping[str, Any], sour
         ]
         lines += [*aligned(rows), ""]
     for heading, variables in (("input", block.inputs()), ("output", block.outputs())):
-        lines += [*aligned([(heading, "unit", ""), *_signals(variables)]), ""]
+        lines += [*aligned([(heading, "unit", "meaning"), *_signals(variables)]), ""]
     return lines[:-1]
 
 

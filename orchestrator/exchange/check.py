@@ -82,8 +82,8 @@ def check(
     try:
         with reading(str(path), "a file that can be checked"):
             if modelica:
-                lines = modelica_in_words(str(path), socket)
-                return Checked((*lines, *_to_run([_typed("build", path)])), good=True)
+                lines, fills = modelica_in_words(str(path), socket)
+                return Checked((*lines, *_to_run([_typed("run", "static", f"--{fills}", path)])), good=True)
             if path.suffix == ".ssp":
                 return _ssp(path)
             mapping = read_mapping(path, socket) if path.suffix == ".toml" else None

@@ -128,13 +128,14 @@ class _Columns:
         arrays = [e for e in self._elements if is_part(e.path, name) or is_part(e.name, name)]
         if arrays:
             return Problem(where, "an array", f"a column for each element: {', '.join(e.name for e in arrays)}")
-        paths = [element.path for element in self._elements]
-        meant = did_you_mean(name, [e.name for e in self._elements]) or did_you_mean(name, paths)
-        return Problem(where, "a column that is no input", choices(paths), meant)
+        free = [element for element in self._elements if self._driver(element) is None]
+        meant = did_you_mean(name, [e.name for e in free]) or did_you_mean(name, [e.path for e in free])
+        valid = choices(e.path for e in free) if free else "no column: connections drive all inputs"
+        return Problem(where, "a column that is no input", valid, meant)
 
     def _remark_on_run(self, left: Sequence[TableColumn]) -> None:
         if not self.taken:
-            valid = choices(element.path for element in self._elements)
+            valid = choices(element.path for element in self._elements if self._driver(element) is None)
             self.problems.append(Problem(self._table.where, "no column that is an input", valid))
         renamed = [f"{e.path} follows `{c.name}`" for e, c in self.taken.values() if c.name != e.path]
         more = [f"{len(left)} of its {len(self._table.columns)} columns are no inputs here"] if left else []

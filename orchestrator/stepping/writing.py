@@ -81,6 +81,9 @@ def known_path(system: System, path: str, role: str) -> str:
     """
     known = [f"{n}.{v.name}" for n, s in system.units.items() for v in getattr(s.interface, role)]
     if path not in known:
+        shown = [f"{n}.{v.name}" for n, s in system.units.items() for v in s.interface.outputs]
+        if role == "inputs" and path in shown:
+            raise refuse(path, "an output, which its unit computes", "an input or a tunable parameter")
         what = "input" if role == "inputs" else "output"
         meant = [*known, *tunable_paths(system)] if role == "inputs" else known
         raise refuse(path, f"no such {what}", choices(known), did_you_mean(path, meant))

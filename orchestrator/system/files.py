@@ -103,6 +103,8 @@ def _problem(model: type[BaseModel], where: str, item: Mapping[str, Any]) -> Pro
         known = sorted(_model_at(model, location[:-1]).model_fields)
         known = ["value", "unit", "source"] if known == sorted(Given.model_fields) else known
         return Problem(place, "an unknown entry", choices(known), did_you_mean(str(location[-1]), known))
+    if item["type"] == "model_type" and issubclass(_model_at(model, location), Given):
+        return Problem(place, f"`{item['input']}`", f'{{ value = {item["input"]}, unit = "..." }}')
     return Problem(place, f"`{item['input']}`", item["msg"].removeprefix("Input should be "), _hint(model, location))
 
 

@@ -30,11 +30,7 @@ def said(declared: Quantity, value: object) -> str:
 
 def test_an_unknown_unit_is_refused_with_the_units_there_are():
     text = refusal(quantity, "km/h", "speed")
-    assert text == (
-        "quantity `speed`: found unit `km/h`; valid: 1, 1/m, 1/m2, 1/rad2, 1/s, N, N.m, N.s, N/rad, kg, kg.m2, m, "
-        "m/s, m/s2, m2, m4, rad, rad.s/m, rad/m, rad/s, rad/s2, s, s2/m2, s2/rad2, s4/rad2"
-    )
-    assert all(unit in text for unit in UNITS_OF_MEASUREMENT)
+    assert text == f"quantity `speed`: found unit `km/h`; valid: {', '.join(sorted(UNITS_OF_MEASUREMENT))}"
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,17 @@ def test_no_block_fits_a_socket_it_does_not_name(kind):
             assert socket.problems("unit", kind.inputs(), kind.outputs())
 
 
-SYMBOLS = {"N": {"kg": 1, "m": 1, "s": -2}, **{unit: {unit: 1} for unit in BASE_UNITS}, "1": {}}
+SYMBOLS = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "Hz": {"s": -1},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    **{unit: {unit: 1} for unit in BASE_UNITS},
+    "1": {},
+}
 
 
 @pytest.mark.parametrize("unit", UNITS_OF_MEASUREMENT)

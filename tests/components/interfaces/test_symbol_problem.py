@@ -69,7 +69,7 @@ def test_a_decision_on_a_signal_says_what_to_write_instead_and_in_which_line(acc
     text = refusal(acceleration)
     assert text.startswith(f"block `own`, {Path(__file__).name}, line ")
     assert "found a decision on a signal" in text
-    assert "`where(condition, a, b)`" in text
+    assert "`maths.where(condition, a, b)`. `from components import maths`" in text
     if line.endswith(":"):
         assert f"(`{line}`)" in text
         number = int(text.partition("line ")[2].partition(":")[0])
@@ -89,7 +89,7 @@ def test_a_decision_on_a_signal_says_what_to_write_instead_and_in_which_line(acc
 def test_a_function_of_numbers_is_refused_instead_of_giving_nan(acceleration):
     text = refusal(acceleration)
     assert "found a function of numbers, given a signal (`" in text
-    assert "valid: a function of components.maths, such as `sin`" in text
+    assert "valid: a function of `maths`, such as `maths.sin`" in text
 
 
 def test_the_functions_of_maths_are_taken_and_casadi_is_left_as_it_was():

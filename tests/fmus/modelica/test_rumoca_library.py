@@ -18,7 +18,7 @@ from fmus.modelica.rumoca_library import compiled_model
 
 def refusal(path, model=None) -> str:
     with pytest.raises(RequestError) as refused:
-        compiled_model(path, model, library())
+        compiled_model(path, model, [library()])
     return str(refused.value)
 
 
@@ -30,7 +30,7 @@ def test_text_that_is_no_modelica_is_refused_with_its_line(written):
 def test_one_of_several_models_has_to_be_named(written):
     path = written("package P\n  block A\n  end A;\n  block B\n  end B;\nend P;\n")
     assert refusal(path) == f"{path}: found several models; valid: one of P.A, P.B. Name it: {path}:MODEL."
-    assert compiled_model(path, "P.B", library()).name == "P.B"
+    assert compiled_model(path, "P.B", [library()]).name == "P.B"
 
 
 def test_what_rumoca_refuses_is_passed_on(written):
@@ -64,7 +64,7 @@ def test_files_beside_it_are_not_read(written):
     path = written("block M\n  output Real y;\nequation\n  y = 1;\nend M;\n")
     (path.parent / "B.mo").write_text("block B end")
     (path.parent / "C.mo").write_bytes(b"\xff" * 100)
-    assert {name for _, name, _ in compiled_model(path, None, library()).sources} <= {str(path)} | {
+    assert {name for _, name, _ in compiled_model(path, None, [library()]).sources} <= {str(path)} | {
         str(file) for file in library().rglob("*.mo")
     }
 
@@ -75,7 +75,7 @@ def test_the_files_of_a_package_are_read_together(tmp_path):
     (folder / "package.mo").write_text("package P\nend P;\n")
     (folder / "A.mo").write_text("within P;\nblock A\n  extends B;\nequation\n  y = 1;\nend A;\n")
     (folder / "B.mo").write_text("within P;\npartial block B\n  output Real y;\nend B;\n")
-    assert compiled_model(folder / "A.mo", None, library()).name == "P.A"
+    assert compiled_model(folder / "A.mo", None, [library()]).name == "P.A"
 
 
 def test_a_model_that_rumoca_dies_of_is_refused(written):

@@ -299,7 +299,7 @@ def test_a_block_and_a_modelica_file_are_described(in_tmp_path, macrostep):
     code, out, err = macrostep("check", "a b.mo")
     assert (code, err) == (0, "")
     assert re.search(r"\n  k +2(\.0)? +0 <= finite number \[m/s2\] +how strongly it goes\n", out)
-    assert out.endswith("To run it:\n  macrostep build 'a b.mo'\n")
+    assert out.endswith("To run it:\n  macrostep run static --plant 'a b.mo'\n")
 
 
 def test_a_mapping_that_cannot_be_written_leaves_the_report(theirs, macrostep, monkeypatch):
