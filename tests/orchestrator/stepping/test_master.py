@@ -201,7 +201,7 @@ def test_unknown_signals_and_wrong_values_are_refused(static):
             simulation.read("plant.state.vx")
         with pytest.raises(
             RequestError,
-            match="plant.state.x: found an output, which its unit computes; valid: an input or a tunable parameter",
+            match="plant.state.x: found an output, which its unit computes",
         ):
             simulation.write("plant.state.x", 1.0)
         with pytest.raises(RequestError, match=r"plant.actuation.T_r: found nan; valid: finite number \[N.m\]"):

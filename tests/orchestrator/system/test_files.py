@@ -56,9 +56,9 @@ def test_what_fits_becomes_the_model():
 
 
 def test_everything_that_does_not_fit_is_told_at_once_with_its_place():
-    assert messages(wheels={"left": {"size": {"value": 1, "unit": "m"}}}, titel="t") == [
+    assert messages(wheels={"left": {"size": {"unit": "m"}}}, titel="t") == [
         "car.toml: title: found nothing; valid: an entry of this name",
-        f"car.toml: wheels.left.size.source: found nothing; valid: an entry of this name. {FORM}",
+        f"car.toml: wheels.left.size.value: found nothing; valid: an entry of this name. {FORM}",
         "car.toml: titel: found an unknown entry; valid: title, wheels. Did you mean `title`?",
     ]
 
@@ -75,5 +75,4 @@ def test_the_names_that_are_valid_are_those_of_the_table():
 def test_a_wrong_kind_of_value_is_told():
     assert messages(title=3) == ["car.toml: title: found `3`; valid: a valid string"]
     (text,) = messages(title="t", wheels={"left": {"size": SIZE, "parameters": {"k": 1.0}}})
-    assert text.startswith("car.toml: wheels.left.parameters.k: found `1.0`; valid: a valid dictionary or instance")
-    assert text.endswith(FORM)
+    assert text == 'car.toml: wheels.left.parameters.k: found `1.0`; valid: { value = 1.0, unit = "..." }'
