@@ -15,6 +15,7 @@ from orchestrator.results.run_folder import find
 
 DYING = """
 import os, sys
+import pandas as pd
 from pathlib import Path
 from components.interfaces.progress import SILENT
 from orchestrator import execution

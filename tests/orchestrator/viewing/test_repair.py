@@ -58,7 +58,7 @@ def test_nothing_is_said_of_usage_data_where_rerun_collects_none(run, scratch, t
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.97])
+@pytest.mark.parametrize("share", [0.45, 0.7, 0.97])
 def test_a_recording_without_its_end_is_repaired_into_a_copy(run, scratch, share):
     _cut(run, share)
     (run / "signals.parquet").unlink()
