@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -75,6 +75,12 @@ class Interface:
     def _by_name(self) -> dict[str, dict[str, Variable]]:
         roles = ("inputs", "outputs", "parameters", "initials")
         return {role: {v.name: v for v in getattr(self, role)} for role in roles}
+
+    def acting_through_step(self, outputs: Collection[str]) -> Interface:
+        """The same, where inputs reach some of the outputs through a step only, whatever the file says of them."""
+        through = self.feedthrough.copy()
+        through[[i for i, v in enumerate(self.outputs) if v.name in outputs]] = False
+        return replace(self, feedthrough=through, undeclared=self.undeclared - {*outputs})
 
     @property
     def tunable(self) -> frozenset[str]:

@@ -32,6 +32,8 @@ def _symbolic(name: str) -> Callable[..., Any]:
 
 def _either(symbolic: str, numeric: Callable[..., Any]) -> Callable[..., Any]:
     def function(*arguments: Any) -> Any:
+        if any(isinstance(a, np.ndarray) and a.dtype.kind == "O" for a in arguments):  # whose elements may be symbols
+            return np.frompyfunc(function, len(arguments), 1)(*arguments)
         return (_symbolic(symbolic) if any(map(is_symbolic, arguments)) else numeric)(*arguments)
 
     return function
@@ -43,6 +45,7 @@ tan: Callable[[float], float] = _either("tan", np.tan)
 acos: Callable[[float], float] = _either("acos", np.arccos)
 tanh: Callable[[float], float] = _either("tanh", np.tanh)
 atan2: Callable[[float, float], float] = _either("atan2", np.arctan2)
+hypot: Callable[[float, float], float] = _either("hypot", np.hypot)
 sqrt: Callable[[float], float] = _either("sqrt", np.sqrt)
 exp: Callable[[float], float] = _either("exp", np.exp)
 fmin: Callable[[float, float], float] = _either("fmin", np.fmin)

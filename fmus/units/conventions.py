@@ -1,8 +1,8 @@
 """Conversions between our conventions and those of foreign files: axes, reference points and velocities, in place.
 
-Each convention acts on the signals of one bus, given as arrays by name: `state` and `ego` have one element each, the
-`obstacles` one per slot. `ours` converts values that follow the convention to those of the contract (ISO 8855, centre
-of gravity, body frame); `theirs` is its inverse.
+Each convention acts on the signals of one bus, given as arrays of numbers or symbols by name: `state` and `ego` have
+one element each, the `obstacles` one per slot. `ours` converts values that follow the convention to those of the
+contract (ISO 8855, centre of gravity, body frame); `theirs` is its inverse.
 """
 
 from __future__ import annotations
@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
+from components.interfaces.maths import atan2, cos, hypot, sin
 
-Views: TypeAlias = Mapping[str, NDArray[Any]]
+Views: TypeAlias = Mapping[str, Any]
 """The signals of a bus by name, as views of the memory that holds them."""
 
 LEFTWARD: Final = frozenset(
@@ -68,8 +67,8 @@ class ReferencePoint:
     @staticmethod
     def _move(bus: Views, forward: float) -> None:
         x, y, psi, v_y, r = bus["x"], bus["y"], bus["psi"], bus["v_y"], bus["r"]
-        x += forward * np.cos(psi)
-        y += forward * np.sin(psi)
+        x += forward * cos(psi)
+        y += forward * sin(psi)
         v_y += forward * r
 
 
@@ -97,8 +96,8 @@ class BoxEnd:
     def _move(bus: Views, share: float) -> None:
         x, y, psi = bus["x"], bus["y"], bus["psi"]
         ahead = share * bus["length"]
-        x += ahead * np.cos(psi)
-        y += ahead * np.sin(psi)
+        x += ahead * cos(psi)
+        y += ahead * sin(psi)
 
 
 @dataclass(frozen=True)
@@ -113,12 +112,12 @@ class SpeedAndSlip:
     def ours(self, bus: Views) -> None:
         """From v and beta."""
         v, beta = bus["v_x"].copy(), bus["v_y"].copy()
-        bus["v_x"][:], bus["v_y"][:] = v * np.cos(beta), v * np.sin(beta)
+        bus["v_x"][:], bus["v_y"][:] = v * cos(beta), v * sin(beta)
 
     def theirs(self, bus: Views) -> None:
         """To v and beta."""
         v_x, v_y = bus["v_x"].copy(), bus["v_y"].copy()
-        bus["v_x"][:], bus["v_y"][:] = np.hypot(v_x, v_y), np.arctan2(v_y, v_x)
+        bus["v_x"][:], bus["v_y"][:] = hypot(v_x, v_y), atan2(v_y, v_x)
 
 
 @dataclass(frozen=True)
@@ -140,6 +139,6 @@ class RoadFrameVelocity:
 
     @staticmethod
     def _turn(bus: Views, sense: float) -> None:
-        c, s = np.cos(bus["psi"]), sense * np.sin(bus["psi"])
+        c, s = cos(bus["psi"]), sense * sin(bus["psi"])
         v_x, v_y = bus["v_x"].copy(), bus["v_y"].copy()
         bus["v_x"][:], bus["v_y"][:] = c * v_x - s * v_y, s * v_x + c * v_y

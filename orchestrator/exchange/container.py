@@ -212,6 +212,8 @@ def _expose(container: Any, system: System, name: str, role: str, values: Mappin
         texts = ["_" if text else _text(x, variable.quantity) for x in given]  # `configure` puts in the texts
         elements = element_names(source, variable.name, role, flat=old)
         for i, element in enumerate(elements):
+            if role == "inputs" and old and system.driver(name, variable.name, i) is not None:
+                continue  # only other elements of the array hold a value
             container.add_input(f"{name}.{element}", f"{name}.fmu", element)
             if texts:
                 container.add_start_value(f"{name}.fmu", element, texts[i] if old else " ".join(texts))

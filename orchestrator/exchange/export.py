@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from components.interfaces.problem import Problem, raise_if_any
 from components.interfaces.progress import Progress
+from fmus.toolchain.scratch import scratch_folder
 from fmus.toolchain.version import Version
 from orchestrator.exchange import container
+from orchestrator.exchange.leaving import for_other_tools
 from orchestrator.loading import load
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.ssp import writer as ssp
 from orchestrator.ssp.element_names import is_fmi2, ssp_version
+from orchestrator.system.experiment import Scenario
 
 
 @dataclass(frozen=True)
@@ -54,19 +57,28 @@ def write(request: str, options: Options, targets: Targets, progress: Progress) 
     """
     raise_if_any(_target_problems(targets))
     scenario = load(request, options, progress)
-    units = {name: source.for_other_tools() for name, source in scenario.system.units.items()}
-    scenario = replace(scenario, system=replace(scenario.system, units=units))
-    raise_if_any(problem for name, source in units.items() if (problem := source.foreign_problem(name)) is not None)
+    with scratch_folder("export") as scratch:
+        return _write(scenario, targets, Path(scratch), progress)
+
+
+def _write(scenario: Scenario, targets: Targets, folder: Path, progress: Progress) -> Written:
     lines: list[str] = []
-    if targets.container is not None:
+    remarks = scenario.remarks
+    whole = (
+        None if targets.container is None else for_other_tools(scenario, folder / "one", progress, conversions=False)
+    )
+    parts = None if targets.ssp is None else for_other_tools(scenario, folder / "parts", progress, conversions=True)
+    if whole is not None and targets.container is not None:
         progress.now("putting the FMUs into one")
-        container.write(scenario, targets.container)
-        version = 2 if is_fmi2(scenario.system) else 3
-        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {scenario.algorithm}")
-    if targets.ssp is not None:
-        ssp.write(scenario, targets.ssp)
-        lines.append(f"{targets.ssp}  SSP {ssp_version(scenario.system)}, {len(units)} FMUs")
-    return Written(tuple(lines), scenario.remarks)
+        container.write(whole, targets.container)
+        version = 2 if is_fmi2(whole.system) else 3
+        lines.append(f"{targets.container}  one FMU, FMI {version}.0 Co-Simulation, steps {whole.algorithm}")
+        remarks += whole.remarks
+    if parts is not None and targets.ssp is not None:
+        ssp.write(parts, targets.ssp)
+        lines.append(f"{targets.ssp}  SSP {ssp_version(parts.system)}, {len(parts.system.units)} FMUs")
+        remarks += parts.remarks
+    return Written(tuple(lines), tuple(dict.fromkeys(remarks)))
 
 
 def default_mode(request: str) -> Mode:

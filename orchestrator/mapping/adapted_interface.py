@@ -106,3 +106,21 @@ def is_plain(theirs: Interface, ours: Interface, adaptation: Adaptation) -> bool
     extra = a.constants or a.held or a.conventions or a.rates or a.integrated
     alike = shown(theirs.inputs) == shown(ours.inputs) and shown(theirs.outputs) == shown(ours.outputs)
     return plain and not extra and alike
+
+
+def through_step_of(theirs: Interface, ours: Interface, adaptation: Adaptation) -> frozenset[str]:
+    """The outputs of the FMU that follow inputs at once by its file, and through a step only by its place in a socket.
+
+    Args:
+        theirs: The interface of the FMU.
+        ours: Its adapted interface.
+        adaptation: What stands between the two.
+    """
+    links = (*adaptation.inputs, *(rate.rate for rate in adaptation.rates))
+    driven = {name for link in links for name, _ in link.theirs}
+    columns = [i for i, v in enumerate(theirs.inputs) if v.name in driven]
+    follows = {v.name for v, row in zip(theirs.outputs, theirs.feedthrough, strict=True) if row[columns].any()}
+    at_once = {v.name for v, row in zip(ours.outputs, ours.feedthrough, strict=True) if row.any()}
+    shown = [*adaptation.outputs, *(Link(name, ((name, 0),)) for name in adaptation.passed_on)]
+    kept = {name for link in shown if link.signal in at_once for name, _ in link.theirs}
+    return frozenset(name for link in shown for name, _ in link.theirs if name in follows - kept)

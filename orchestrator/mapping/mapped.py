@@ -18,6 +18,7 @@ from components.interfaces.sockets import SOCKETS
 from fmus.unit_interface import Interface, SuggestedExperiment
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import Unit
+from orchestrator.mapping.adapted_interface import through_step_of
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import Amount, MappingFile, written
@@ -86,7 +87,13 @@ class Mapped(UnitSource):
     @override
     def for_other_tools(self) -> UnitSource:
         """The FMU itself, where its mapping only adds to what its file says of it."""
-        return self.fmu if self.fitting.plain else self
+        return self.bare if self.fitting.plain else self
+
+    @property
+    def bare(self) -> Fmu:
+        """The FMU without its mapping, which acts in time as it does in the socket."""
+        outputs = through_step_of(self.fmu.interface, self.interface, self.fitting.adaptation)
+        return self.fmu.acting_through_step(outputs)
 
     @override
     def foreign_problem(self, unit: str) -> Problem:

@@ -13,10 +13,10 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator
 from pydantic_core import PydanticKnownError
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import choices, listed, refuse
 from components.interfaces.quantity import Type
 from components.interfaces.sockets import SOCKETS
-from orchestrator.ssp.archive import Document, alternatives
+from orchestrator.ssp.archive import Document, Findings, alternatives
 from orchestrator.ssp.vocabulary import OURS, Tag, resource
 from orchestrator.ssp.xml import qualified
 from orchestrator.system.experiment import EVERYTHING, STEP, Algorithm, Scenario
@@ -63,6 +63,7 @@ class ScenarioAnnotation(BaseModel):
         steps: The steps of units, as multiples of the macro step.
         isolated: The time [s] that one call may take of a unit for which a process of its own was requested.
         in_process: The FMUs for which the process of the run was requested.
+        through_step: The outputs of a unit that its inputs reach through a step only, whatever its file says of them.
         sources: Where the values of the scene and the experiment come from; parameter sets have those of parameters.
     """
 
@@ -83,6 +84,7 @@ class ScenarioAnnotation(BaseModel):
     steps: dict[str, Annotated[Fraction, BeforeValidator(_ratio)]] = {}
     isolated: dict[str, _Seconds] = {}
     in_process: list[str] = []
+    through_step: dict[str, list[str]] = {}
     sources: dict[str, dict[str, Any]] = {}
 
     def held_values(self, units: Mapping[str, UnitSource]) -> dict[str, Any]:
@@ -95,6 +97,8 @@ class ScenarioAnnotation(BaseModel):
         return {path: _as_bytes(path, v) if types.get(path) is Type.BINARY else v for path, v in self.held.items()}
 
 
+_LISTED: Final = 6
+"""The outputs that a remark lists."""
 NO_ANNOTATION: Final = ScenarioAnnotation(step=STEP, sockets={})
 """What holds for a system of another maker."""
 
@@ -125,6 +129,7 @@ def annotation_of(scenario: Scenario) -> str:
         steps=dict(system.steps),
         isolated={name: seconds for name, seconds in requested.items() if seconds is not None},
         in_process=[name for name, seconds in requested.items() if seconds is None],
+        through_step={n: sorted(source.through_step) for n, source in system.units.items() if source.through_step},
         sources={p: dict(s) for p, s in scenario.sources.items() if p.startswith(("scene.", "experiment."))},
     )
     return json.dumps(dict(annotation), default=_as_json)
@@ -163,3 +168,25 @@ def read_annotation(document: Document) -> ScenarioAnnotation | None:
     if not isinstance(content, dict) or not {"step", "sockets"} <= content.keys():
         raise refuse(document.at(node), "an annotation without a step or sockets", valid)
     return checked(ScenarioAnnotation, content, document.at(node))  # type: ignore[unknown]
+
+
+def acting_through_step(
+    units: Mapping[str, UnitSource], known: ScenarioAnnotation, findings: Findings
+) -> dict[str, UnitSource]:
+    """The units, as the annotation says that they act in time; each that its file says more of is told as a remark.
+
+    Args:
+        units: All units of the system.
+        known: The annotation.
+        findings: Where problems and remarks are gathered.
+    """
+    acting = {**units}
+    for name, outputs in known.through_step.items():
+        shown = [v.name for v in units[name].interface.outputs] if name in units else []
+        if unknown := [output for output in outputs if output not in shown]:
+            findings.add_problem(f"through_step: {name}.{unknown[0]}", "no such output", choices(shown or units))
+            continue
+        acting[name] = units[name].acting_through_step(outputs)
+        how = "follow the inputs through a step only, as the file says, whatever the FMU declares"
+        findings.remarks.append(f"{name}: {listed(outputs, _LISTED)} {how}")
+    return acting

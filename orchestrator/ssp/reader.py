@@ -28,7 +28,7 @@ from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.parameters import parameter_set
 from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.scenario.table_file import read_table
-from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, read_annotation
+from orchestrator.ssp.annotation import NO_ANNOTATION, ScenarioAnnotation, acting_through_step, read_annotation
 from orchestrator.ssp.archive import (
     VALID_SSP,
     Document,
@@ -93,6 +93,7 @@ def _read(path: Path, settings: SettingsByUnit, options: Options) -> Scenario:
     suggested = {unit.name: unit.source.suggested for unit in ssp_units.values()}
     experiment = read_experiment(document, annotation, options, suggested)
     units, assembly, sources = _units(root, ssp_units, findings, settings)
+    units = acting_through_step(units, known, findings)
     units = findings.attempt(lambda: _in_processes(units, known, options)) or units
     of_annotation: dict[str, Any] = findings.attempt(lambda: known.held_values(units)) or {}
     held, of_inputs = held_values(ssp_units.values(), settings, assembly, of_annotation)

@@ -161,9 +161,7 @@ class _AsDeclared(UnitSource):
     @override
     def interface(self) -> Interface:
         found = self.source.interface
-        through = found.feedthrough.copy()
-        through[[i for i, v in enumerate(found.outputs) if v.name in found.undeclared]] = False
-        return dataclasses.replace(found, feedthrough=through)
+        return found.acting_through_step(found.undeclared)
 
     @property
     def parameters(self) -> Mapping[str, Any]:  # type: ignore[override] - those of the unit

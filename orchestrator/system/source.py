@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -86,6 +86,7 @@ class Fmu(UnitSource):
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
         known: The content of the file, where it has been read before and is still valid.
         where: The file, as messages name it, for one that was taken from an SSP; its path, if not given.
+        through_step: Outputs that inputs reach through a step only, whatever the file says of them.
     """
 
     path: Path
@@ -97,6 +98,7 @@ class Fmu(UnitSource):
     known: Archive | None = field(default=None, repr=False, compare=False)
     interface_type: InterfaceType | None = None
     where: str = field(default="", compare=False)
+    through_step: frozenset[str] = frozenset()  # type: ignore[override] - a field here
 
     def __post_init__(self) -> None:
         if isinstance(self.path, str):
@@ -106,13 +108,16 @@ class Fmu(UnitSource):
     @cached_property
     def archive(self) -> Archive:
         """The content of the file, read and checked. Raises `RequestError`."""
-        return self.known or open_fmu(
+        found = self.known or open_fmu(
             Path(self.path),
             self.parameters,
             lenient=self.lenient,
             interface_type=self.interface_type,
             where=self.where,
         )
+        if not self.through_step:
+            return found
+        return replace(found, interface=found.interface.acting_through_step(self.through_step))
 
     @property
     @override
@@ -143,6 +148,13 @@ class Fmu(UnitSource):
         if self.isolated is not None or self.in_process or self.is_own:
             return self.isolated
         return PATIENCE
+
+    @override
+    def acting_through_step(self, outputs: Collection[str]) -> Self:
+        through_step = self.through_step.union(outputs)
+        return (
+            self if through_step == self.through_step else replace(self, through_step=through_step, known=self.archive)
+        )
 
     @override
     def make_ready(self, progress: Progress) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -57,6 +57,15 @@ class UnitSource(ABC):
 
     def for_other_tools(self) -> UnitSource:
         """The source that is exported to other tools: this one, or an equivalent one that needs no mapping."""
+        return self
+
+    @property
+    def through_step(self) -> frozenset[str]:
+        """The outputs of its file that inputs reach through a step only, though the file may not say so."""
+        return frozenset()
+
+    def acting_through_step(self, outputs: Collection[str]) -> UnitSource:  # noqa: ARG002 - a file may need it
+        """The same source, where inputs reach some of the outputs through a step only, whatever its file says."""
         return self
 
     def in_own_process(self, patience: float) -> UnitSource | None:  # noqa: ARG002 - a file can, others cannot

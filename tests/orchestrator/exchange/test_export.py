@@ -22,6 +22,7 @@ from orchestrator.system.experiment import Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
 from tests.fmus.foreign import copied, entries
+from tests.orchestrator import foreign
 
 SCHEMAS = Path(fmpy.ssp.ssd.__file__).parent / "schema"
 NS = {"ssd": ssp.SSD, "ssc": ssp.SSC, "ssv": ssp.SSV, "osp": "http://opensimulationplatform.com/SSP/OSPAnnotations"}
@@ -194,7 +195,7 @@ def test_a_folder_in_which_nothing_may_be_written_is_told(export, monkeypatch, i
     assert err == ["macrostep: a.ssp: found the folder `.`, in which nothing may be written; valid: another folder"]
 
 
-def test_a_foreign_plant_with_our_names_goes_out_as_it_is_and_one_behind_a_mapping_does_not(built_fmus, export):
+def test_a_foreign_plant_with_our_names_goes_out_as_it_is(built_fmus, export):
     """What a file leaves open, its dependencies, is nothing that another tool reads."""
     ours = built_fmus / "fmi2" / "bicycle.fmu"
     text = entries(ours)["modelDescription.xml"].decode()
@@ -206,11 +207,19 @@ def test_a_foreign_plant_with_our_names_goes_out_as_it_is_and_one_behind_a_mappi
     assert "resources/car.fmu" in written
     assert not [name for name in written if name.endswith(".toml")]
 
-    other = copied(ours, Path("other.fmu"), {"modelDescription.xml": silent.replace('"state.', '"State_').encode()})
-    code, _, err = export("static", "--plant", other, "--ssp", "b.ssp")
-    assert code == 2
-    assert err[-1] == (
-        "macrostep: plant: found `bicycle` behind a mapping, which other tools do not read; valid: an FMU with the"
-        " names and units of its socket. Export it so, or run it here."
+
+def test_a_plant_behind_a_mapping_goes_out_and_what_stands_beside_it_is_told(export, in_tmp_path):
+    mapping = foreign.right_handed_mapping(in_tmp_path)
+    code, out, err = export(
+        "static", "--plant", mapping, "--controller", "lqr", "--ssp", "a.ssp", "--container", "a.fmu"
     )
-    assert not Path("b.ssp").exists()
+    assert (code, out) == (
+        0,
+        ["a.fmu  one FMU, FMI 2.0 Co-Simulation, steps sequential", "a.ssp  SSP 1.0, 4 FMUs"],
+    )
+    assert err[-2:] == [
+        "note: plant: its mapping goes along as plant_out and plant_in",
+        "note: plant: its mapping goes along as plant_out; a tool that exchanges values one step late delays signals by"
+        " one step more in each",
+    ]
+    assert_valid(content("a.ssp"))

@@ -101,7 +101,7 @@ def test_entries_stand_in_their_order_with_ratios_as_text_and_bytes_as_digits(tm
         "step": 0.2, "scene": None, "sockets": {}, "held": {"a.v": [1, 2, 3], "a.w": [5, 5], "a.s": 0, "a.b": "00ff"},
         "algorithm": "sequential", "solve_loops": False, "end_off_road": False,
         "tolerance": None, "record": {"*": 1}, "allow_nonfinite": [], "table": None, "table_holds": False,
-        "steps": {"a": "1/2"}, "isolated": {}, "in_process": [],
+        "steps": {"a": "1/2"}, "isolated": {}, "in_process": [], "through_step": {},
         "sources": {},
     }  # fmt: skip
     assert [*json.loads(annotation_of(made))] == [*type(NO_ANNOTATION).model_fields]

@@ -433,7 +433,7 @@ def test_annotations_of_ours_that_were_changed(tmp_path, files, text, found):
                 "line 12: isolated.a: found `0`; valid: greater than 0",
                 "line 12: mood: found an unknown entry; valid: algorithm, allow_nonfinite, end_off_road, held,"
                 " in_process, isolated, record, scene, sockets, solve_loops, sources, step, steps, table, table_holds,"
-                " tolerance",
+                " through_step, tolerance",
             ],
         ),
         (
