@@ -1,4 +1,7 @@
-"""Our exported systems in other tools: FMPy's ssp, Ecos and libcosim step them as our `jacobi` does."""
+"""Our exported systems in other tools: FMPy's ssp, Ecos and libcosim step them as our `jacobi` does.
+
+So they do with a plant of another maker, which is behind a mapping here.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +19,10 @@ from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable, pack
 from fmus import Version
 from fmus.lowering import lower
-from orchestrator import Fmu, Linear, Options, Scenario, Simulation, System, load
+from orchestrator import SILENT, Fmu, Linear, Options, Scenario, Simulation, System, load
+from orchestrator.exchange.export import Targets, write
 from orchestrator.ssp import writer as ssp
+from tests.orchestrator import foreign
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Ecos and libcosim are installed on Linux only")
 RUNNER = Path(__file__).parent / "peers.py"
@@ -141,3 +146,23 @@ def test_linear_transformations_and_held_inputs_are_applied_there_too(built_fmus
     columns = [c for c in found if ".state." in c]
     assert difference(found, ours, columns) <= 1e-9
     assert abs(ours["follower.state.psi"].iloc[-1]) > 1e-3
+
+
+@pytest.mark.parametrize("tool", ["ecos", "libcosim"])
+@pytest.mark.parametrize("beside", [False, True], ids=["transformations", "FMUs of ours"])
+def test_a_mapped_plant_drives_there_as_here(built_fmus, tmp_path, tool, beside):
+    """FMUs of ours delay what they make by a step there, and here too with `jacobi`."""
+    mapping = foreign.right_handed_mapping(tmp_path)
+    if not beside:
+        mapping.write_text(foreign.RIGHT_HANDED.replace("reference =", "# reference ="))
+    asked = Options(mode=Version.FMI2, stop_time=6.0, replacements={"plant": str(mapping), "controller": "lqr"})
+    write("static", asked, Targets(ssp=tmp_path / "a.ssp"), SILENT)
+    found, made = run(tool, tmp_path / "a.ssp", 60), load("static", asked)
+    ours = jacobi(load(tmp_path / "a.ssp") if beside else made)
+    assert np.ptp(ours["controller.actuation.delta_f"]) > 1e-3
+    assert difference(found, ours, ["controller.actuation.delta_f", "controller.actuation.T_r"]) <= 1e-9
+    if not beside:
+        theirs = found.rename(columns={"plant.car.speed": "plant.state.v_x", "plant.car.heading": "plant.state.psi"})
+        theirs = theirs.assign(**{"plant.state.v_x": theirs["plant.state.v_x"] / 3.6})
+        theirs = theirs.assign(**{"plant.state.psi": theirs["plant.state.psi"] / -foreign.DEG})
+        assert difference(theirs, ours, ["plant.state.v_x", "plant.state.psi"]) <= 1e-9

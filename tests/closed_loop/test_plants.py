@@ -8,12 +8,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from components import BLOCKS
 from fmus.modelica.flat import library
-from fmus.toolchain.version import WRITTEN_VERSIONS
-from orchestrator import Options, RequestError, load, metrics, shown, simulate
+from fmus.toolchain.version import WRITTEN_VERSIONS, Version
+from orchestrator import SILENT, Options, RequestError, Scenario, load, metrics, shown, simulate
+from orchestrator.exchange.export import Targets, write
 
 README = (Path(__file__).parents[2] / "fmus" / "README.md").read_text(encoding="utf-8")
 BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
@@ -126,3 +128,29 @@ def test_a_block_whose_extra_is_missing_says_what_to_install(monkeypatch):
         "--plant: found `commonroad_st` without its extra; valid: bicycle, bicycle_saturated, stationary. "
         "Install macrostep[commonroad]."
     )
+
+
+def left(plant: str, version: Version, folder: Path) -> tuple[Scenario, Path, Path]:
+    """A run with a plant, and what leaves of it for other tools: an SSP and a container."""
+    asked = Options(mode=version, stop_time=4.0, replacements={"plant": plant, "controller": "lqr"})
+    targets = Targets(folder / "a.ssp", folder / "a.fmu")
+    write("static", asked, targets, SILENT)
+    return load("static", asked), folder / "a.ssp", folder / "a.fmu"
+
+
+@pytest.mark.parametrize(("plant", "version"), [("pythonfmu3", Version.FMI3), ("pythonfmu", Version.FMI2)])
+def test_a_plant_that_declares_no_dependencies_leaves_and_comes_back(foreign, tmp_path, plant, version):
+    """Its socket says here that inputs act through the step; in what left, an annotation says so."""
+    made, exported, container = left(foreign[plant], version, tmp_path)
+    assert made.system.units["plant"].fmu.interface.undeclared
+    back = load(exported)
+    (told,) = [r for r in back.remarks if "through a step" in r]
+    assert told.startswith("plant: ")
+    assert told.endswith(" follow the inputs through a step only, as the file says, whatever the FMU declares")
+    expected, found = (simulate(one.system, h=one.h, until=one.until) for one in (made, back))
+    kept = ["controller.actuation.delta_f", "controller.actuation.T_r", "traffic.obstacles.x[1]"]
+    pd.testing.assert_frame_equal(found[kept], expected[kept], check_exact=True)
+    assert np.ptp(expected["controller.actuation.delta_f"]) > 1e-3
+    one = load(container, Options(stop_time=4.0))
+    rows = simulate(one.system, h=one.h, until=one.until)["fmu.controller.actuation.delta_f"]
+    assert rows[1:].to_numpy() == pytest.approx(expected["controller.actuation.delta_f"][:-1].to_numpy(), abs=1e-9)
