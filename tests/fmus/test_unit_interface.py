@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,3 +28,13 @@ def test_a_block_and_its_fmus_have_the_same_interface(built_fmus, name, version)
     assert not block.event_mode
     assert (fmu.clocks == ()) is (not fmu.event_mode)
     assert fmu.undeclared == frozenset()
+
+
+def test_outputs_that_follow_through_a_step_only_depend_on_no_input_and_are_known():
+    block = replace(interface_of(BLOCKS["stanley"]), undeclared=frozenset({"actuation.delta_f", "actuation.T_r"}))
+    assert block.feedthrough.all()
+    acting = block.acting_through_step(["actuation.T_r", "of another unit"])
+    names = [v.name for v in block.outputs]
+    assert acting.feedthrough.any(axis=1).tolist() == [name != "actuation.T_r" for name in names]
+    assert acting.undeclared == {"actuation.delta_f"}
+    assert block.feedthrough.all()

@@ -55,6 +55,14 @@ def test_the_branch_that_is_not_taken_may_be_no_number(graph):
     assert maths.where(np.bool_(0), float("nan"), 7.0) == 7.0
 
 
+def test_arrays_of_symbols_and_numbers_are_taken_element_by_element():
+    x = ca.SX.sym("x")
+    y = np.array([x, 2.0], dtype=object)
+    found = maths.atan2(y, np.array([1.0, 0.5], dtype=object))
+    lowered = ca.Function("f", [x], [found[0], found[1], maths.hypot(y, 3.0)[0], maths.cos(y)[1]])
+    assert [float(v) for v in lowered(4.0)] == [np.arctan2(4.0, 1.0), np.arctan2(2.0, 0.5), 5.0, np.cos(2.0)]
+
+
 def test_joining_nothing_gives_an_empty_column():
     assert maths.joined([]).shape == (0,)
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
+from components.interfaces.conversion import Linear
+from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
+from components.interfaces.quantity import Type
 from fmus.toolchain.version import Version
 from orchestrator.exchange.export import Targets, write
+from orchestrator.exchange.leaving import for_other_tools
 from orchestrator.loading import load
 from orchestrator.mapping.mapped import Mapped
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.whole_run import simulate
+from orchestrator.system.input_table import InputColumn, InputTable
 from orchestrator.system.source import Fmu
 from tests.orchestrator import foreign
 from tests.orchestrator.exchange.test_container import FOLLOWING
@@ -162,3 +169,64 @@ def test_a_container_has_the_numbers_of_the_run_here_and_in_fmpy(built_fmus, tmp
         made, here.rename(columns=lambda c: c.removeprefix("fmu.")), expected, late=("controller.",), tolerance=1e-9
     )
     assert_same(made, run_in_fmpy(path, made), expected, late=("controller.",), tolerance=1e-9)
+
+
+def test_what_other_tools_read_of_a_mapping_that_is_linear(built_fmus, tmp_path):
+    """Degrees to the right at the steering wheel, by a ratio of 16; a constant becomes a value of who reads it."""
+    made = load("static", right_handed(CONSTANT)(tmp_path))
+    left = for_other_tools(made, tmp_path, SILENT, conversions=True).system
+    assert isinstance(left.units["plant"], Fmu)
+    assert left.wiring["plant.car.wheel"] == "controller.actuation.delta_f"
+    assert left.transformations["plant.car.wheel"] == Linear(-16 * foreign.DEG)
+    assert left.wiring["controller.ego.psi"] == "plant.car.heading"
+    assert left.transformations["controller.ego.psi"].factor == pytest.approx(-1 / foreign.DEG)
+    assert "controller.ego.v_x" not in left.transformations, "km/h to m/s is what the units of measurement say"
+    held = {path: value for path, value in left.held.items() if path.endswith("v_y")}
+    assert held == {"controller.ego.v_y": 100.0, "traffic.ego.v_y": 100.0}
+    assert left.sockets.keys() == {"traffic", "controller"}
+
+
+def test_an_input_that_nothing_drives_holds_what_the_mapping_or_the_file_says(built_fmus, tmp_path):
+    text = LINEAR.replace('T_r = { variable = "car.force", as = "force", R_w', "T_r = { unused = true }\n#")
+    held = text + '\n[constants]\n"car.force" = { value = 0.2, unit = "kN" }\n'
+    for mapping, value in ((text, 0.0), (held, 200.0)):
+        made = load("static", right_handed(mapping)(tmp_path))
+        assert for_other_tools(made, tmp_path, SILENT, conversions=True).system.held["plant.car.force"] == value
+
+
+def test_patterns_of_infinite_signals_go_along(built_fmus, tmp_path):
+    made = load("static", replace(right_handed(LINEAR)(tmp_path), allow_nonfinite=["plant.state.v_*", "traffic.*"]))
+    left = for_other_tools(made, tmp_path, SILENT, conversions=True).system
+    assert [*left.allow_nonfinite] == ["plant.car.speed", "plant.car.drift", "traffic.*"]
+    beside = for_other_tools(made, tmp_path, SILENT, conversions=False).system
+    assert beside.allow_nonfinite[2:4] == ["plant_out.state.v_x", "plant_out.state.v_y"]
+
+
+def test_a_unit_of_the_name_of_ours_keeps_it(built_fmus, tmp_path):
+    made = load("static", right_handed(foreign.RIGHT_HANDED)(tmp_path))
+    units = {**made.system.units, "plant_out": made.system.units["traffic"]}
+    wiring = {**made.system.wiring, "plant_out.ego": "plant.state"}
+    made = replace(made, system=replace(made.system, units=units, wiring=wiring))
+    left = for_other_tools(made, tmp_path, SILENT, conversions=True).system
+    assert left.wiring["plant_out.ego.x"] == "plant_out_.state.x"
+
+
+@pytest.mark.parametrize("table", [True, False])
+def test_what_neither_connections_nor_fmus_of_ours_can_do_is_refused(built_fmus, tmp_path, table):
+    made = load("static", rate("")(tmp_path))
+    system = replace(made.system, steps={"plant": Fraction(1, 2)})
+    if table:
+        wiring = {end: start for end, start in made.system.wiring.items() if not end.startswith("plant.")}
+        held = {"plant.actuation.delta_f": 0.0, "plant.actuation.T_r": 0.0}
+        column = InputColumn("plant", "actuation.T_r", 0, "plant.actuation.T_r", Type.FLOAT64, np.zeros(1), hold=True)
+        file = InputTable(np.zeros(1), (column,), hold=True, file_suffix=".csv", content=b"")
+        system = replace(system, wiring=wiring, held=held, steps={}, table=file)
+    with pytest.raises(RequestError) as error:
+        for_other_tools(replace(made, system=system), tmp_path, SILENT, conversions=True)
+    assert str(error.value) == (
+        "plant.actuation.T_r: found an input behind a mapping that follows a table; valid: inputs of FMUs without a"
+        " mapping. Leave --input out."
+        if table
+        else "step of `plant`: found 1/2 macro steps, over which its mapping forms rates or integrates them; valid: the"
+        " macro step. Leave out the step of its own."
+    )

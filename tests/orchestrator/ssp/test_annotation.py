@@ -113,3 +113,20 @@ def test_entries_stand_in_their_order_with_ratios_as_text_and_bytes_as_digits(tm
         assert refusal(changed(tmp_path / "ours.ssp", held=held)) == [
             f"held.a.b: found `{wrong}`; valid: hexadecimal digits, two for each byte"
         ]
+
+
+def test_how_units_act_in_time_is_read_back_and_told(theirs, tmp_path):
+    found = ssp_reader.read(theirs)
+    unit = found.system.units["a"].acting_through_step(["y_order.level"])
+    ssp.write(replace(found, system=replace(found.system, units={"a": unit})), tmp_path / "ours.ssp")
+    again = ssp_reader.read(tmp_path / "ours.ssp")
+    assert again.system.units["a"].through_step == {"y_order.level"}
+    told = "a: y_order.level follow the inputs through a step only, as the file says, whatever the FMU declares"
+    assert told in again.remarks
+    ssp.write(again, tmp_path / "again.ssp")
+    assert (tmp_path / "again.ssp").read_bytes() == (tmp_path / "ours.ssp").read_bytes()
+    wrong = {"b": ["y"], "a": ["z"]}
+    assert refusal(changed(tmp_path / "ours.ssp", through_step=wrong)) == [
+        "through_step: b.y: found no such output; valid: a",
+        "through_step: a.z: found no such output; valid: y_order.level",
+    ]
