@@ -24,7 +24,7 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Drive:
+class Feed:
     """What an element of an input receives: an element of an output, converted, or a constant value."""
 
     origin: Place | None
@@ -32,7 +32,7 @@ class Drive:
     """The constant value, in the input's unit of measurement, where there is no origin."""
     conversion: Transformation = IDENTITY
 
-    def then(self, relation: Linear) -> Drive:
+    def then(self, relation: Linear) -> Feed:
         """The same, with a conversion of the result; tables are of values that have no conversion."""
         if relation == IDENTITY:
             return self
@@ -41,19 +41,19 @@ class Drive:
         assert isinstance(self.conversion, Linear)  # noqa: S101 - a table gives no number with a unit of measurement
         return replace(self, conversion=relation.after(self.conversion))
 
-    def after(self, origin: Place, relation: Linear) -> Drive:
+    def after(self, origin: Place, relation: Linear) -> Feed:
         """The same from another origin, from which the present one follows by a conversion."""
         if relation == IDENTITY:
             return replace(self, origin=origin)
         assert isinstance(self.conversion, Linear)  # noqa: S101 - as above
         return replace(self, origin=origin, conversion=self.conversion.after(relation))
 
-    def constant(self, value: Any) -> Drive:
+    def constant(self, value: Any) -> Feed:
         """The same where the present origin always has this value."""
-        return Drive(None, value if self.conversion == IDENTITY else self.conversion(np.array([value])).item())
+        return Feed(None, value if self.conversion == IDENTITY else self.conversion(np.array([value])).item())
 
 
-Wiring: TypeAlias = dict[Place, Drive]
+Wiring: TypeAlias = dict[Place, Feed]
 """What each element of each input receives; inputs that keep their own values have no entry."""
 
 
@@ -72,14 +72,14 @@ def wiring_of(system: System) -> Wiring:
     found: Wiring = {}
     for path, value in system.held.items():
         places = elements(path.partition(".")[0], system.variable(path, role="inputs"))
-        found |= {place: Drive(None, one) for place, one in zip(places, flat(value), strict=True)}
+        found |= {place: Feed(None, one) for place, one in zip(places, flat(value), strict=True)}
     for wire in system.connections:
         ends = elements(wire.unit, system.variable(f"{wire.unit}.{wire.input}", role="inputs"))
         starts = elements(wire.source, system.variable(f"{wire.source}.{wire.output}"))
         ends = ends if wire.input_element is None else [ends[wire.input_element.at]]
         starts = starts if wire.output_element is None else [starts[wire.output_element.at]]
         for end, start in zip(ends, starts, strict=True):
-            found[end] = Drive(start, conversion=wire.conversion)
+            found[end] = Feed(start, conversion=wire.conversion)
     return found
 
 
@@ -136,7 +136,7 @@ def _driven(
         yield f"{unit}.{name}", (f"{drive.origin.unit}.{origin}", None if same else drive.conversion)
 
 
-def _whole(drives: Sequence[Drive | None], variable: Variable, shown: Mapping[Place, Variable]) -> Drive | None:
+def _whole(drives: Sequence[Feed | None], variable: Variable, shown: Mapping[Place, Variable]) -> Feed | None:
     """What drives a whole array, where that is a whole array too; else `None`."""
     first = drives[0] if variable.shape and drives else None
     if first is None or first.origin is None or shown[first.origin._replace(element=0)].shape != variable.shape:

@@ -22,7 +22,7 @@ from components.interfaces.record import Variable
 from fmus.export.build import build_all
 from fmus.toolchain.version import Version
 from fmus.units.adaptation import Adaptation, Link
-from orchestrator.exchange.element_wiring import Drive, Place, Wiring, elements, flat, rewired, wiring_of
+from orchestrator.exchange.element_wiring import Feed, Place, Wiring, elements, flat, rewired, wiring_of
 from orchestrator.mapping.adapter_block import Adapter, Part, input_adapter, output_adapter
 from orchestrator.mapping.mapped import Mapped
 from orchestrator.stepping.schedule import schedule
@@ -116,7 +116,7 @@ class _Leaving:
         held = {v.name: v for v in source.fmu.interface.inputs}
         for variable, value in source.fitting.adaptation.held.items():
             places = elements(name, held[variable])
-            self.wiring |= {place: Drive(None, one) for place, one in zip(places, flat(value), strict=True)}
+            self.wiring |= {place: Feed(None, one) for place, one in zip(places, flat(value), strict=True)}
 
     def _reading(self, name: str, source: Mapped) -> Part | None:
         """What reaches the FMU: rewired where connections can say it, else the part of an FMU of ours."""
@@ -207,8 +207,8 @@ class _Leaving:
 
     def _connect(self, name: str, unit: str, adapter: Adapter) -> None:
         """Connect an FMU of ours with the one that it stands beside."""
-        self.wiring |= {Place(unit, port): Drive(Place(name, *place)) for place, port in adapter.reads.items()}
-        self.wiring |= {Place(name, *place): Drive(Place(unit, port)) for place, port in adapter.sets.items()}
+        self.wiring |= {Place(unit, port): Feed(Place(name, *place)) for place, port in adapter.reads.items()}
+        self.wiring |= {Place(name, *place): Feed(Place(unit, port)) for place, port in adapter.sets.items()}
 
 
 def _of_buses(adaptation: Adaptation, signals: set[str]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from components.interfaces.conversion import IDENTITY, Linear, Lookup
-from orchestrator.exchange.element_wiring import Drive, Place, rewired, wiring_of
+from orchestrator.exchange.element_wiring import Feed, Place, rewired, wiring_of
 from orchestrator.loading import load
 from orchestrator.scenario.options import Options
 
@@ -28,8 +28,8 @@ def test_a_system_comes_back_as_it_is(system):
 
 def test_elements_of_an_array_are_driven_one_by_one_or_hold_a_value(system):
     wiring = wiring_of(system)
-    wiring[Place("controller", "obstacles.x", 1)] = Drive(None, 7.5)
-    wiring[Place("controller", "obstacles.x", 2)] = Drive(
+    wiring[Place("controller", "obstacles.x", 1)] = Feed(None, 7.5)
+    wiring[Place("controller", "obstacles.x", 2)] = Feed(
         Place("traffic", "obstacles.y", 5), conversion=Linear(2.0, 1.0)
     )
     del wiring[Place("controller", "obstacles.x", 3)]
@@ -53,13 +53,13 @@ def test_a_unit_that_is_exchanged_leaves_its_socket(system):
 
 
 def test_conversions_are_joined_in_their_order():
-    drive = Drive(Place("a", "y"), conversion=Linear(2.0, 1.0))
+    drive = Feed(Place("a", "y"), conversion=Linear(2.0, 1.0))
     assert drive.then(Linear(10.0, 0.5)).conversion == Linear(20.0, 10.5)
-    assert drive.after(Place("b", "z"), Linear(10.0, 0.5)) == Drive(Place("b", "z"), conversion=Linear(20.0, 2.0))
-    assert drive.constant(3.0) == Drive(None, 7.0)
-    assert Drive(None, 3.0).then(Linear(2.0, 1.0)) == Drive(None, 7.0)
-    table = Drive(Place("a", "y"), conversion=Lookup({1: 2}))
+    assert drive.after(Place("b", "z"), Linear(10.0, 0.5)) == Feed(Place("b", "z"), conversion=Linear(20.0, 2.0))
+    assert drive.constant(3.0) == Feed(None, 7.0)
+    assert Feed(None, 3.0).then(Linear(2.0, 1.0)) == Feed(None, 7.0)
+    table = Feed(Place("a", "y"), conversion=Lookup({1: 2}))
     assert table.then(IDENTITY) is table
     assert table.after(Place("b", "z"), IDENTITY).conversion == Lookup({1: 2})
-    assert table.constant(1) == Drive(None, 2)
-    assert Drive(Place("a", "y")).constant(value=True).value is True
+    assert table.constant(1) == Feed(None, 2)
+    assert Feed(Place("a", "y")).constant(value=True).value is True
