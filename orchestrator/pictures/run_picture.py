@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orchestrator.pictures import drawing, events, friction, palette, plots, present_values, world
+from orchestrator.pictures.driven import driven_styles, driven_values
 from orchestrator.pictures.shapes import (
     LogLines,
     Memory,
@@ -140,6 +141,7 @@ class RunPicture:
     def styles(self) -> Iterator[Style]:
         """What holds from the start."""
         yield from self._series_styles()
+        yield from driven_styles(self.system, self.at)
         if self.has_path_error:
             yield self._states(self.at("states", "manoeuvre"), events.PHASES)
             yield self._lines(self.at("derived", "path_error"), ["path error [m]"])
@@ -193,6 +195,10 @@ class RunPicture:
         rows = ~far | self._memory.news(at, far[:, None])
         if rows.any():
             yield SeriesValues(entity=at, rows=rows, values=np.where(far, np.nan, gap)[rows])
+
+    def driven(self, times: NDArray[np.float64]) -> Iterator[Shape]:
+        """The inputs that follow a table, at all times of the run [s], `(n,)`."""
+        return driven_values(self.system, self.at, times)
 
     def ending(self, about: Mapping[str, str]) -> LogLines:
         """The lines of the log that say how the run ended and what came of it, for its last row.

@@ -15,6 +15,7 @@ from math import ceil, sqrt
 from typing import Final, TypeAlias
 
 from orchestrator.pictures import friction, palette, plots
+from orchestrator.pictures.driven import driven
 from orchestrator.pictures.plots import Limit, Plot, titled
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 
@@ -112,6 +113,8 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Vi
         parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
         tabs.append(ViewGroup("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
     series: list[View] = [*_joined([(run, plots.by_bus(run.signals)) for run in runs], by_bus=True)]
+    if followed := [run.at("signals", *c.path.split(".")) for run in runs for c in driven(run.system)]:
+        series.append(Series("Inputs that follow the table", followed, legend=len(followed) <= _LONGEST_LEGEND))
     if not tabs:
         series += [*differences, *_wall_time(runs), *_states_and_log(runs)]
     if series:

@@ -119,6 +119,11 @@ class TimeGrid:
         after = (np.asarray(times, dtype=float) - self.start) / self.h
         return np.ceil(after - _ROUNDING * np.maximum(1.0, np.abs(after))).astype(np.int64)
 
+    def at_ticks(self, until: float) -> NDArray[np.float64]:
+        """The times [s] of the ticks up to an instant [s], `(n,)`."""
+        last = min(max(int(self.ticks([until])[0]), 0), self.last_tick)
+        return np.asarray(self.start + np.arange(last + 1) * self.h, dtype=np.float64)
+
     @property
     def times(self) -> NDArray[np.float64]:
         """The time of each tick [s], (ticks,). Raises `RequestError` where they do not fit into memory."""

@@ -163,6 +163,8 @@ def _batch(rows: RunRows, grid: TimeGrid, shapes: Iterable[Shape | Style]) -> Sh
 
 def _ending(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[ShapeBatch]:
     """How a run ended, and what came of it, at its last tick."""
+    if len(table["time"]):
+        yield _batch(table, run.scenario.grid, picture.driven(np.asarray(table["time"], dtype=float)))
     ending = picture.ending(facts(run.summary) | measured_facts(run.summary))
     if len(table["time"]):
         for i in range(len(ending.texts)):
