@@ -124,8 +124,9 @@ def _print_summary(finished: Finished) -> None:
     for name, unit in _SHOWN.items():
         if name in summary["metrics"]:
             out.print(f"  {name:24}{summary['metrics'][name]:.3f} {unit}".rstrip())
-    if failed := summary["metrics"].get("solver_fallbacks"):
-        out.print(f"  {'solver_fallbacks':24}{failed:.0f} of {experiment['ticks']} samples")
+    for name in ("solver_limits", "solver_fallbacks"):
+        if failed := summary["metrics"].get(name):
+            out.print(f"  {name:24}{failed:.0f} of {experiment['ticks']} samples")
     out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp  figures/")
     out.print(f"Look at it with: macrostep show {shlex.quote(str(folder))}")
 

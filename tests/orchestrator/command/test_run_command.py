@@ -239,3 +239,13 @@ def test_a_choice_of_what_is_recorded_is_kept_and_repeated(macrostep, in_tmp_pat
     code, _, err = macrostep("run", "static", "--blocks", "--out", "c", "--record", "plant.stat")
     assert (code, "record plant.stat: found a pattern that no signal fits" in err) == (2, True)
     assert not (in_tmp_path / "c").exists()
+
+
+@NO_PICTURES
+def test_a_solver_that_did_not_converge_is_told_with_the_number_of_samples(macrostep, in_tmp_path):
+    code, out, _ = macrostep("run", "static-plus", "--out", "r")
+    metrics = json.loads((in_tmp_path / "r" / "summary.json").read_text())["metrics"]
+    assert code == 0
+    assert metrics["solver_limits"] > 0
+    assert f"  solver_limits           {metrics['solver_limits']:.0f} of 114 samples\n" in out
+    assert "solver_fallbacks" not in out
