@@ -21,7 +21,9 @@ def export(
     ssp: Annotated[Path | None, typer.Option(metavar="FILE.ssp", help="Write the system as an SSP file.")] = None,
     container: Annotated[Path | None, typer.Option(metavar="FILE.fmu", help="Write the system as one FMU.")] = None,
     *,
-    fmi: Annotated[Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads.")] = None,
+    fmi: Annotated[
+        Fmi | None, typer.Option(help="Version of FMI; 2 if not given, which every tool reads, or that of a run.")
+    ] = None,
     options: Options,
 ) -> None:
     """Write a scenario's system for other tools, without running it.

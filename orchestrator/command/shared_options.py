@@ -84,7 +84,7 @@ _SHARED: Final = (
     _option(
         "end_off_road",
         Annotated[
-            bool, typer.Option("--end-off-road", help="End where the vehicle leaves the surroundings of the road.")
+            bool, typer.Option("--end-off-road", help="End where the vehicle is more than 10 m beside the road.")
         ],
         default=False,
     ),
