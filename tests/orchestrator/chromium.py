@@ -83,7 +83,7 @@ class Chromium:
     def open(self, url):
         self.ask("Page.navigate", url=url)
 
-    def picture(self, *, until, seconds=1200.0):
+    def picture(self, *, until, seconds=600.0):
         """An RGB picture (height, width, 3), the first of which `until(picture)` holds, or the last in that time."""
         deadline = time.monotonic() + seconds
         while True:

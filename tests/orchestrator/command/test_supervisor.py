@@ -52,7 +52,7 @@ def started(folder, *arguments, prepare=default_signals, **how):
 
 def ended(process):
     """The exit code, and what was said on standard error."""
-    _, err = process.communicate(timeout=1200)
+    _, err = process.communicate(timeout=600)
     return process.returncode, err
 
 

@@ -183,7 +183,7 @@ def test_a_wrong_request_is_told_and_nothing_is_written(export, built_fmus, in_t
 def test_an_unknown_scenario_is_told(export, in_tmp_path):
     code, _, err = export("statik", "--ssp", "a.ssp")
     assert code == 2
-    assert err[0].startswith("macrostep: scenario `statik`: found no such scenario; valid: dynamic, ")
+    assert err[0].startswith("macrostep: scenario `statik`: found no such scenario; valid: dense, ")
     assert err[0].endswith("Did you mean `static`?")
     assert list(in_tmp_path.iterdir()) == []
 

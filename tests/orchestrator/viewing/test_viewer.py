@@ -185,7 +185,7 @@ def test_the_web_viewer_shows_the_same_in_the_light_theme(static, tmp_path):
                 browser.open(f"{url}&theme=light&renderer=webgl")
                 wanted = {view: colours for view, colours in ANSWERS.items() if view != "modes"}
                 wanted |= {"bird's eye": (palette.EGO, palette.PATH, palette.EDGE), "friction": (palette.LIMIT,)}
-                picture = browser.picture(until=lambda found: not _missing(found, wanted), seconds=1200)
+                picture = browser.picture(until=lambda found: not _missing(found, wanted), seconds=600)
         finally:
             process.terminate()
     assert _missing(picture, wanted) == []
