@@ -385,16 +385,21 @@ def test_a_run_that_waits_for_a_viewer_at_an_address_begins_when_it_answers():
     said = []
     port = _port_that_nobody_is_given()
     options = LiveOptions(url=f"rerun+http://127.0.0.1:{port}/proxy", wait=True)
-    with ExitStack() as opened:
+    seen = threading.Event()
 
-        def open_later():
-            wait_until(lambda: said)
-            opened.enter_context(there_already(port))
+    def open_later():
+        wait_until(lambda: said)
+        with there_already(port):  # it ends with the thread that has started it
+            seen.wait()
 
-        opening = threading.Thread(target=open_later)
-        opening.start()
+    opening = threading.Thread(target=open_later)
+    opening.start()
+    try:
         with LiveStream(options, said.append):
-            opening.join()
+            pass
+    finally:
+        seen.set()
+        opening.join()
     assert said == [f"the run begins when a viewer answers at {options.url}"]
 
 
