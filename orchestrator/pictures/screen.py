@@ -201,17 +201,15 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
         columns[_WHEN], shares = states_and_log, [*shares, 1.35]
     # The viewer shows the title of a column only where it is a tab.
     headed = [
-        ViewGroup("tabs", [ViewGroup("column", views, _WHEN_SHARES.get(len(views)), question)])
-        if question == _WHEN
-        else ViewGroup("tabs", [ViewGroup("column", views, title=question)])
+        ViewGroup("tabs", [ViewGroup("column", views, _SHARES.get((question, len(views))), question)])
         for question, views in columns.items()
     ]
     return ViewGroup("row", headed, shares) if headed else None
 
 
 _WHEN: Final = "When was what?"
-_WHEN_SHARES: Final = {3: [0.8, 1.35, 0.85]}
-"""Shares of the room for states, values and log, by the number of views."""
+_SHARES: Final = {(_WHEN, 3): [0.8, 1.35, 0.85]}
+"""Shares of the room of a column's views, by its title and their number; else they are equal."""
 
 
 def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:

@@ -117,8 +117,9 @@ class RerunStream:
         Returns:
             The recording, if it was made in memory.
         """
-        times = self._grid.at_ticks(self._last)
-        send_shapes(self._stream, self._grid.ticks(times), times, self._picture.driven(times))
+        if self._picture.system.table is not None:
+            times = self._grid.times_until(self._last)
+            send_shapes(self._stream, self._grid.ticks(times), times, self._picture.driven(times))
         if about is not None:
             ending = self._picture.ending(about)
             last = np.full(len(ending.texts), self._last)

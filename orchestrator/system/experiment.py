@@ -119,16 +119,18 @@ class TimeGrid:
         after = (np.asarray(times, dtype=float) - self.start) / self.h
         return np.ceil(after - _ROUNDING * np.maximum(1.0, np.abs(after))).astype(np.int64)
 
-    def at_ticks(self, until: float) -> NDArray[np.float64]:
-        """The times [s] of the ticks up to an instant [s], `(n,)`."""
-        last = min(max(int(self.ticks([until])[0]), 0), self.last_tick)
+    def times_until(self, time: float) -> NDArray[np.float64]:
+        """The time of each tick [s] up to an instant [s], `(n,)`."""
+        return self._times(min(max(int(self.ticks([time])[0]), 0), self.last_tick))
+
+    def _times(self, last: int) -> NDArray[np.float64]:
         return np.asarray(self.start + np.arange(last + 1) * self.h, dtype=np.float64)
 
     @property
     def times(self) -> NDArray[np.float64]:
         """The time of each tick [s], (ticks,). Raises `RequestError` where they do not fit into memory."""
         try:
-            return np.asarray(self.start + np.arange(self.last_tick + 1) * self.h, dtype=np.float64)
+            return self._times(self.last_tick)
         except MemoryError:
             found = f"{self.until:g} s, whose {self.last_tick + 1:.3g} steps of {self.h:g} s do not fit into memory"
             raise refuse("stop time", found, "fewer steps", "Choose a longer step.") from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -166,10 +165,8 @@ def _ending(picture: RunPicture, run: KeptRun, table: RunRows) -> Iterator[Shape
     if len(table["time"]):
         yield _batch(table, run.scenario.grid, picture.driven(np.asarray(table["time"], dtype=float)))
     ending = picture.ending(facts(run.summary) | measured_facts(run.summary))
-    if len(table["time"]):
-        for i in range(len(ending.texts)):
-            line = replace(ending, texts=ending.texts[i : i + 1], levels=ending.levels[i : i + 1])
-            yield _batch({"time": table["time"][-1:]}, run.scenario.grid, [line])
+    if len(table["time"]) and ending.texts:
+        yield _batch({"time": np.repeat(table["time"][-1:], len(ending.texts))}, run.scenario.grid, [ending])
 
 
 def _names(runs: Sequence[KeptRun]) -> list[str]:

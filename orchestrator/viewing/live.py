@@ -126,11 +126,12 @@ class LiveStream:
             self._viewer, self._sink = stack.enter_context(viewer), path
 
     def _answers(self, url: str) -> bool:
-        if self._options.wait and not answers(url):
+        there = answers(url)
+        if self._options.wait and not there:
             self._tell(f"the run begins when a viewer answers at {url}")
-            while not answers(url):
+            while not (there := answers(url)):
                 time.sleep(_PAUSE)
-        return answers(url)
+        return there
 
     def _give_up(self) -> None:
         self._tell("the viewer did not start; the run goes on without it")
