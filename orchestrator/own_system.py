@@ -30,6 +30,7 @@ from orchestrator.system.scene import Scene
 from orchestrator.system.shown import shown
 from orchestrator.system.source import Fmu, InProcess
 from orchestrator.system.system import System
+from orchestrator.system.value_texts import plain
 
 _OWN = "own"
 """The folder, among those of built FMUs, of the blocks that are not in the catalogue."""
@@ -146,8 +147,7 @@ def _sources(system: System) -> Iterator[tuple[str, Mapping[str, Any]]]:
     for unit, source in system.units.items():
         known = {v.name: v.quantity.unit for v in (*source.interface.parameters, *source.interface.initials)}
         for name, value in source.parameters.items():
-            plain = value.tolist() if hasattr(value, "tolist") else value
-            yield f"{unit}.{name}", {"value": plain, "unit": known.get(name, ""), "source": "Python"}
+            yield f"{unit}.{name}", {"value": plain(value), "unit": known.get(name, ""), "source": "Python"}
 
 
 def _portable(system: System, progress: Progress) -> tuple[System, list[str]]:

@@ -39,14 +39,6 @@ RUN_OPTIONS: Final = (
 )
 """The shared options that the subcommand takes."""
 
-_SHOWN: Final = {
-    **dict.fromkeys(("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max"), "m"),
-    "r_peak": "rad/s",
-    "mu_f_max": "",
-    "mu_r_max": "",
-}
-"""The metrics that are printed after a run, and their units."""
-
 
 def _watching(*names: str, **facts: Any) -> Any:
     """An option of the panel on watching and recording."""
@@ -121,7 +113,9 @@ def _print_summary(finished: Finished) -> None:
     for name, holds in summary["verdicts"].items():
         out.print(f"  {name.replace('_', ' '):24}", end="")
         out.print("yes" if holds else "no", style="green" if holds else "red")
-    for name, unit in _SHOWN.items():
+    from orchestrator.results.provenance import SHOWN_METRICS  # noqa: PLC0415
+
+    for name, unit in SHOWN_METRICS.items():
         if name in summary["metrics"]:
             out.print(f"  {name:24}{summary['metrics'][name]:.3f} {unit}".rstrip())
     for name in ("solver_limits", "solver_fallbacks"):

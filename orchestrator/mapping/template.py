@@ -18,6 +18,7 @@ from orchestrator.mapping.fitting_result import FittedSignal, Fitting
 from orchestrator.mapping.mapping_file import TO_FILL, entries_text, toml_value
 from orchestrator.mapping.relations import conversion
 from orchestrator.mapping.roles import roles_of
+from orchestrator.system.value_texts import plain
 
 _SYNONYMS: Final = {
     "x": "pos_x position_x east forward",
@@ -186,5 +187,4 @@ def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
 
 
 def _start(variable: Variable, theirs: Interface) -> Any:
-    start = theirs.starts.get(variable.name, 0.0)
-    return start.tolist() if hasattr(start, "tolist") else start
+    return plain(theirs.starts.get(variable.name, 0.0))

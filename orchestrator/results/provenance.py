@@ -60,8 +60,15 @@ def facts(summary: Mapping[str, Any]) -> dict[str, str]:
 
 NO: Final = ": no"
 """What a text of verdicts holds where one of them does not hold."""
-_TOLD: Final = {"gap_obstacle": "m", "gap_edge": "m", "path_error_max": "m", "mu_f_max": "", "mu_r_max": ""}
-"""The metrics of the entry `metrics`, and their units of measurement."""
+SHOWN_METRICS: Final = {
+    **dict.fromkeys(("gap_obstacle", "gap_edge", "path_error_rms", "path_error_max"), "m"),
+    "r_peak": "rad/s",
+    "mu_f_max": "",
+    "mu_r_max": "",
+}
+"""The metrics that a person is shown of a run, and their units of measurement."""
+_TOLD: Final = ("gap_obstacle", "gap_edge", "path_error_max", "mu_f_max", "mu_r_max")
+"""The metrics of the entry `metrics`, which is one line."""
 
 
 def measured_facts(summary: Mapping[str, Any]) -> dict[str, str]:
@@ -73,7 +80,7 @@ def measured_facts(summary: Mapping[str, Any]) -> dict[str, str]:
     held: Mapping[str, bool] = summary.get("verdicts", {})
     verdicts = [f"{name.replace('_', ' ')}{': yes' if holds else NO}" for name, holds in held.items()]
     known: Mapping[str, float] = summary.get("metrics", {})
-    metrics = [f"{name} {known[name]:.3g} {unit}".rstrip() for name, unit in _TOLD.items() if name in known]
+    metrics = [f"{name} {known[name]:.3g} {SHOWN_METRICS[name]}".rstrip() for name in _TOLD if name in known]
     texts = {"verdicts": ", ".join(verdicts), "metrics": ", ".join(metrics)}
     return {name: text for name, text in texts.items() if text}
 

@@ -25,6 +25,7 @@ from orchestrator.system.experiment import Scenario, macro_step
 from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
+from orchestrator.system.value_texts import plain
 
 
 def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
@@ -48,7 +49,7 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
     raise_if_any(_problems(fmu, resolved))
     fmu = fmu.with_parameters(resolved.of_role("parameters", "initials"))
     archive, inputs = fmu.archive, {v.name for v in fmu.interface.inputs}
-    held = {name: _plain(start) for name, start in fmu.interface.starts.items() if name in inputs}
+    held = {name: plain(start) for name, start in fmu.interface.starts.items() if name in inputs}
     held |= resolved.of_role("inputs")
     table = None if options.input is None else read_table(Path(options.input))
     start, h, until, remarks = _times(archive.suggested, options, None if table is None else float(table.times[-1]))
@@ -126,7 +127,3 @@ def _times(
         raise refuse("stop time", "none in the FMU", "a number of seconds", "Say how long with --stop-time.")
     until, cut = whole_steps(start, h, wished.stop)
     return start, h, until, (*remarks, *cut)
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else value

@@ -55,6 +55,11 @@ def _with_unit(text: str) -> tuple[str, str] | None:
     return parts if any(not (c.isspace() or c.isdigit()) for c in parts[1]) else None
 
 
+def plain(value: Any) -> Any:
+    """A value as Python's own numbers and lists, also where it is one of NumPy."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 def typed(value: Any, q: Quantity) -> Any:
     """A value of a file, which has types of its own, in the type of the quantity that it is for.
 
