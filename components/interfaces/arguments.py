@@ -73,6 +73,8 @@ def _misfits(where: str, value: Any, hint: Any) -> Iterator[Problem]:
 
 
 def _fits(value: Any, hint: Any) -> bool:
+    if type(value) is hint:
+        return True  # most are, and `Simulation.read` is called in every step
     from typeguard import CollectionCheckStrategy, TypeCheckError, check_type  # noqa: PLC0415 - slow to import
 
     if isinstance(hint, str):
