@@ -5,20 +5,16 @@ What `fmus/units/adaptation.py` can say is shown here, too.
 
 from __future__ import annotations
 
-from typing import final
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from components.interfaces.block import Block, NoState, block
 from components.interfaces.buses import ObstacleList, VehicleState
 from components.interfaces.conversion import Linear
 from components.interfaces.maths import Array
 from components.interfaces.quantity import Type, quantity, zeros
 from components.interfaces.record import record, variables
-from components.interfaces.socket import Socket
 from components.interfaces.sockets import ControllerInputs
 from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput
@@ -26,6 +22,7 @@ from fmus.units.block_unit import BlockUnit
 from fmus.units.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import widths
+from tests.fmus.units.echo import echo
 
 OURS = variables(ControllerInputs)
 
@@ -38,33 +35,7 @@ class Numbers:
     boxes: Array = quantity("1", "numbers", shape=(64,))
 
 
-@record
-class EchoIn:
-    """What goes in."""
-
-    u: Numbers
-
-
-@record
-class EchoOut:
-    """What comes out."""
-
-    y: Numbers
-
-
-@final
-@block(Socket(name="any", inputs={"u": Numbers}, outputs={}, optional={}))
-class Echo(Block[EchoIn, NoState, EchoOut]):
-    """What goes in comes out."""
-
-    def start(self):
-        return NoState()
-
-    def output(self, x, u):
-        return EchoOut(y=u.u)
-
-    def step(self, x, u, h):
-        return x
+Echo = echo(Numbers)
 
 
 def links(end, relation):

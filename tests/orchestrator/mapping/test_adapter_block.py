@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import final
 
 import numpy as np
 import pytest
 
-from components.interfaces.block import Block, NoState, block
 from components.interfaces.buses import ObstacleList, VehicleState
 from components.interfaces.conversion import Linear
 from components.interfaces.maths import Array
 from components.interfaces.quantity import Quantity, quantity, zeros
 from components.interfaces.record import Variable, record, variables
-from components.interfaces.socket import Socket
 from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link, RateInput
 from fmus.units.block_unit import BlockUnit, interface_of
@@ -22,6 +19,7 @@ from fmus.units.conventions import BoxEnd, ReferencePoint, RoadFrameVelocity, Sp
 from fmus.units.mapped_unit import MappedUnit
 from fmus.units.unit import carry_out, positions, widths
 from orchestrator.mapping.adapter_block import Part, input_adapter, output_adapter
+from tests.fmus.units.echo import echo
 
 H = 0.1
 OURS = (*variables(VehicleState, prefix="state."), *variables(ObstacleList, prefix="obstacles."))
@@ -34,33 +32,7 @@ class Numbers:
     n: Array = quantity("1", "numbers", shape=(70,))
 
 
-@record
-class EchoIn:
-    """What goes in."""
-
-    u: Numbers
-
-
-@record
-class EchoOut:
-    """What comes out."""
-
-    y: Numbers
-
-
-@final
-@block(Socket(name="any", inputs={"u": Numbers}, outputs={}, optional={"y": Numbers}))
-class Echo(Block[EchoIn, NoState, EchoOut]):
-    """What goes in comes out."""
-
-    def start(self):
-        return NoState()
-
-    def output(self, x, u):
-        return EchoOut(y=u.u)
-
-    def step(self, x, u, h):
-        return x
+Echo = echo(Numbers)
 
 
 THEIRS = interface_of(Echo)
