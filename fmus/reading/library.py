@@ -16,7 +16,7 @@ from components.interfaces.problem import RequestError, listed, refuse
 from components.interfaces.progress import SILENT, Progress
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.needed_functions import all_functions, known_function, needed_functions
-from fmus.reading.recompile import compile_library, declared_sources, kept_library
+from fmus.reading.recompile import compile_library, declared_sources, kept_for
 from fmus.reading.unpack import read_file, unpack
 from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
 from fmus.toolchain.file_names import shown_name
@@ -202,7 +202,7 @@ def compile_beforehand(archive: Archive, progress: Progress = SILENT) -> None:
     Raises:
         RequestError: The library cannot be compiled.
     """
-    if archive.library is not None or kept_library(archive).is_file():
+    if archive.library is not None or kept_for(archive).is_file():
         return
     with scratch_folder("library") as temporary:
         folder = Path(temporary).resolve()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import posixpath
 import re
 import shlex
@@ -15,8 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import platformdirs
-
 from components.interfaces.problem import Problem, listed, raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
 from fmus.reading.archive import Archive
@@ -27,6 +24,7 @@ from fmus.toolchain.archives import BUILD_DESCRIPTION
 from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.file_names import path_problem, shown_name
 from fmus.toolchain.fmpy_library import C_HEADERS
+from fmus.toolchain.kept_libraries import keep, kept_library
 from fmus.toolchain.limited_command import CommandLimits, run_limited
 from fmus.toolchain.limits import COMPILING_MEMORY, COMPILING_OUTPUT, COMPILING_TIME
 from fmus.toolchain.platform_names import platform_tuple
@@ -86,7 +84,7 @@ def _sources(archive: Archive) -> CSources | None:
     return CSources(tuple(files), origin=f"{listed(files)} in its folder of sources, which it does not declare")
 
 
-def kept_library(archive: Archive) -> Path:
+def kept_for(archive: Archive) -> Path:
     """Where the library of an FMU is kept once it has been compiled.
 
     Raises:
@@ -95,7 +93,7 @@ def kept_library(archive: Archive) -> Path:
     stamp = f"{platform_tuple()} {required_compiler().identity} {archive.interface_type.modelIdentifier}".encode()
     with archive.path.open("rb") as file:
         key = hashlib.file_digest(file, lambda: hashlib.sha256(stamp)).hexdigest()[:32]
-    return platformdirs.user_cache_path("macrostep") / "compiled" / f"{key}.library"
+    return kept_library(key)
 
 
 def compile_library(archive: Archive, folder: Path, target: Path, progress: Progress = SILENT) -> None:
@@ -110,22 +108,14 @@ def compile_library(archive: Archive, folder: Path, target: Path, progress: Prog
     Raises:
         RequestError: There is no compiler, or the sources do not compile.
     """
-    compiler, kept = required_compiler(), kept_library(archive)
+    compiler, kept = required_compiler(), kept_for(archive)
     if kept.is_file():
         shutil.copyfile(kept, target)
         return
     progress.done(f"compiling C of {archive.where} for this platform, for at most {COMPILING_TIME:g} s")
     _compile(compiler.command, declared_sources(archive) or CSources(()), folder / "sources", target, archive.where)
     with suppress(OSError):  # without a cache, the library is compiled each time
-        _keep(target, kept)
-
-
-def _keep(library: Path, kept: Path) -> None:
-    """Copy a library to the cache, where it has its name only when complete: other processes may read it."""
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    partial = kept.with_suffix(f".{os.getpid()}")
-    shutil.copyfile(library, partial)
-    partial.replace(kept)
+        keep(target, kept)
 
 
 def _described(archive: Archive) -> CSources:

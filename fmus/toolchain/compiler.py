@@ -38,7 +38,7 @@ class Compiler:
     identity: str
     """The first line of what it prints about its version."""
 
-    def compile(self, source: Path, include: Path) -> Path:
+    def compile(self, source: Path, include: Path, flags: Sequence[str] = FLAGS) -> Path:
         """Compile one C file to an object file beside it.
 
         The compiler runs in the folder of the file, so that the object file contains no path of this machine.
@@ -46,12 +46,13 @@ class Compiler:
         Args:
             source: The C file.
             include: The folder with the headers.
+            flags: The flags that the binary depends on.
 
         Raises:
             BuildError: The compiler fails.
         """
         target = source.with_suffix(".o")
-        self._run([*FLAGS, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
+        self._run([*flags, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
         return target
 
     def link(self, objects: Sequence[Path], target: Path) -> None:

@@ -15,6 +15,7 @@ from fmus.units.capabilities import EventCapability
 from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.event_mode import EventError, EventMode, StepResult
 from fmus.units.fmu_unit import NONSENSE, in_words
+from fmus.units.prepared_calls import StepCall
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 
@@ -107,6 +108,11 @@ class ClockedUnit(Fmu3Unit):
         if mode is None:
             return super().step(t, h)
         return self._events.check("the step failed", mode.step, self._advance, t, h)
+
+    @property
+    @override
+    def step_call(self) -> StepCall | None:
+        return super().step_call if self._events.mode is None else None
 
     def _advance(self, t: float, h: float) -> StepResult:
         status = self._do_step(self._component, t, h, 1, *self._results)

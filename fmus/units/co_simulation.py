@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 from typing_extensions import override
@@ -25,6 +25,7 @@ from fmus.toolchain.last_call import name_of, note
 from fmus.units.fmi2_logger import formatting_logger, register, release
 from fmus.units.fmi_api import FMI2_API, FMI3_API
 from fmus.units.fmu_unit import FmuUnit
+from fmus.units.prepared_calls import StepCall, direct_step
 from fmus.units.unit import EndRequested, ExperimentSetup, UnitError, carry_out, is_failure
 from fmus.units.value_calls import ADDRESS, library_function
 
@@ -44,7 +45,8 @@ def _is_within(t: float, reached: float, end: float) -> bool:
 class CoSimulationUnit(FmuUnit):
     """What the Co-Simulation units of all versions share: a first step that fails without the stop time."""
 
-    _do_step: Callable[..., int]
+    _do_step: Any = None
+    """The library's function for a step; None where an integrator makes the steps."""
 
     def _stepped(self, status: int, t: float, h: float) -> object:
         """The status of a step, which is made once more where the FMU wants to know the stop time."""
@@ -98,11 +100,20 @@ class Fmu2Unit(CoSimulationUnit):
     @override
     def step(self, t: float, h: float) -> object:
         status = self._do_step(self._component, t, h, 1)
-        if status and is_failure(status):
-            if status == _DISCARD:
-                self._raise_end(t, t + h)
-            return self._stepped(status, t, h)
-        return status
+        return self._outcome(status, t, h) if status else status
+
+    @property
+    @override
+    def step_call(self) -> StepCall | None:
+        return direct_step(self._do_step, self._component, (), self._outcome)
+
+    def _outcome(self, status: int, t: float, h: float) -> object:
+        """What a step from `t` of the length `h` [s] comes to that did not return `OK`."""
+        if not is_failure(status):
+            return status
+        if status == _DISCARD:
+            self._raise_end(t, t + h)
+        return self._stepped(status, t, h)
 
     def _raise_end(self, t: float, end: float) -> None:
         """Raise `EndRequested` if the FMU discarded the step from `t` to `end` [s] because its simulation is over."""
@@ -153,7 +164,15 @@ class Fmu3Unit(CoSimulationUnit):
 
     @override
     def step(self, t: float, h: float) -> object:
-        status = self._do_step(self._component, t, h, 1, *self._results)
+        return self._outcome(self._do_step(self._component, t, h, 1, *self._results), t, h)
+
+    @property
+    @override
+    def step_call(self) -> StepCall | None:
+        return direct_step(self._do_step, self._component, self._results, self._outcome)
+
+    def _outcome(self, status: int, t: float, h: float) -> object:
+        """What a step from `t` of the length `h` [s] comes to, after what the FMU says of it."""
         if status and is_failure(status):
             return self._stepped(status, t, h)
         if self._flags.raw != b"\0\0\0":

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from numpy.typing import NDArray
 from typing_extensions import override
@@ -21,6 +21,9 @@ from fmus.toolchain.limits import MOST_REMARKS
 from fmus.unit_interface import Interface
 from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.message_log import MessageLog
+
+if TYPE_CHECKING:
+    from fmus.units.prepared_calls import StepCall
 
 Column: TypeAlias = NDArray[Any]
 """Values of one type, of shape (n,)."""
@@ -181,6 +184,11 @@ class Unit(ABC):
             UnitError: The unit cannot go on, and a status would not say why.
             EndRequested: The unit has come to its end, at `t + h` or before.
         """
+
+    @property
+    def step_call(self) -> StepCall | None:
+        """What `step` comes to where it is one call of a library and usually nothing else, for the native stepper."""
+        return None
 
     def tune(self, parameter: str, value: Any) -> None:  # noqa: ARG002 - of those that have one
         """Give a tunable parameter another value between two steps; it acts from the next one on.

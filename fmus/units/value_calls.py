@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
@@ -20,6 +19,7 @@ from components.interfaces.record import Variable
 from fmus.toolchain.last_call import noted
 from fmus.units.fmi_api import FmiApi
 from fmus.units.given_values import GivenValues
+from fmus.units.prepared_calls import AccessCall, CallSeries, Copy
 from fmus.units.unit import Column, Operation, TypedColumns, Unit, by_type, is_failure
 
 AccessVerb: TypeAlias = Literal["Set", "Get"]
@@ -81,22 +81,13 @@ class ValueCalls:
         self._alive += [references, values]
         counts = [values.size] if self._api.counts_values else []
         function = library_function(self._fmu, self._api, f"{direction}{access}", [ADDRESS] * (4 + len(counts)))
-        call = partial(function, self._component, references.ctypes.data, references.size, values.ctypes.data, *counts)
+        arguments = self._component, references.ctypes.data, references.size, values.ctypes.data, *counts
+        call = AccessCall(function, *arguments)
         if shared:
             return call
-
-        def converted_set() -> object:
-            values[:] = column if signs is None else column * signs
-            return call()
-
-        def converted_get() -> object:
-            status = call()
-            column[:] = values if signs is None else values * signs
-            return status
-
-        converted = converted_set if direction == "Set" else converted_get
-        converted.__name__ = function.__name__
-        return converted
+        source, target = (column, values) if direction == "Set" else (values, column)
+        copy = Copy(source, target) if signs is None else _negated(source, target, signs)
+        return CallSeries((copy, call) if direction == "Set" else (call, copy), function.__name__)
 
     def _signs(self, variables: Sequence[Variable], native: type[np.generic]) -> Column | None:
         """What the values of each element are multiplied by; None where it is 1."""
@@ -137,3 +128,12 @@ class ValueCalls:
         moved = set_values if direction == "Set" else get_values
         moved.__name__ = function.__name__
         return moved
+
+
+def _negated(source: Column, target: Column, signs: Column) -> Operation:
+    """A copy of values, each with its sign."""
+
+    def copy() -> None:
+        target[:] = source * signs
+
+    return copy

@@ -122,10 +122,12 @@ class AlgebraicLoop:
         wrong = np.abs(again - z) / np.maximum(1.0, np.abs(z))
         if not (steady and (wrong <= LOOP_TOLERANCE).all()):
             action = f"the algebraic loop {self._chain} has no solution near its last one {when}"
-            raise UnitError(", ".join(self._group), action, [f"inputs and outputs differ by {np.nanmax(wrong):.2g}"])
+            differ = f"inputs and outputs differ by {np.nanmax(wrong):.2g}"
+            raise UnitError(", ".join(self._group), action, [differ if steady else "values that are no floats change"])
 
     def _values(self) -> NDArray[np.float64]:
-        return np.concatenate([column[where] for column, where in self._slots], dtype=np.float64)
+        values = [column[where] for column, where in self._slots]
+        return np.concatenate(values, dtype=np.float64) if values else np.zeros(0)  # a loop of Booleans alone
 
     def _evaluate(self, z: NDArray[np.float64], t: float | None, h: float) -> NDArray[np.float64]:
         at = 0

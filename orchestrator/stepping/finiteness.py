@@ -37,14 +37,16 @@ class NotFinite(NamedTuple):
     """[s] When that was."""
 
 
-class _Watched:
+class Watched:
     """The values of one type of floating-point numbers."""
 
     def __init__(self, values: NDArray[Any], elements: Sequence[RecordedElement], fatal: NDArray[np.bool_]) -> None:
         self.values, self.elements, self.fatal = values, elements, fatal
         self.finite = np.ones(values.shape, dtype=np.bool_)
-        self.usual = self.finite.tobytes()
-        """What is finite, as it was when that changed last: bytes are compared three times faster than by `all`."""
+        self.expected = self.finite.copy()
+        """What is finite, as it was when that changed last."""
+        self.usual = self.expected.tobytes()
+        """The same, because bytes are compared three times faster than by `all`."""
         self.seen = np.zeros(values.shape, dtype=np.bool_)
 
 
@@ -61,26 +63,27 @@ class Finiteness:
         self._found: list[NotFinite] = []
         readers = _readers(table.system)
         allowed = _Allowed(table.system)
-        self._watched: list[_Watched] = []
+        self.watched: list[Watched] = []
         for kind, n in table.recorded.items():
             if kind.is_float and n:
                 elements = [element for element in table.elements() if element.type is kind]
                 fatal = np.array(
                     [_matters(table.system, e, readers) and not allowed.passes(e, readers) for e in elements]
                 )
-                self._watched.append(_Watched(table.columns[kind][:n], elements, fatal))
+                self.watched.append(Watched(table.columns[kind][:n], elements, fatal))
 
     def holds(self, tick: int) -> bool:
         """Whether the run may go on with the values of a tick, the present ones."""
         good = True
-        for watched in self._watched:
+        for watched in self.watched:
             _is_finite(watched.values, finite := watched.finite)
             if finite.tobytes() != watched.usual and not self._is_harmless(watched, float(self._times[tick])):
                 good = False
         return good
 
-    def _is_harmless(self, watched: _Watched, time: float) -> bool:
+    def _is_harmless(self, watched: Watched, time: float) -> bool:
         """Note what is not finite now and never was before; return whether the run may go on with it."""
+        watched.expected[:] = watched.finite
         watched.usual = watched.finite.tobytes()
         others = ~watched.finite
         for i in np.flatnonzero(others & ~watched.seen & ~watched.fatal).tolist():
@@ -92,7 +95,7 @@ class Finiteness:
         """The unit whose value ends the run, and the reason in words. Raises `StopIteration` where there is none."""
         element, value = next(
             (element, float(watched.values[i]))
-            for watched in self._watched
+            for watched in self.watched
             for i, element in enumerate(watched.elements)
             if watched.fatal[i] and not np.isfinite(watched.values[i])
         )

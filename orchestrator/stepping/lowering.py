@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from math import lcm
 from typing import TypeAlias
 
 from fmus.units.capabilities import EventCapability
-from fmus.units.unit import Unit, UnitError
+from fmus.units.unit import Unit, UnitError, carry_out
 from orchestrator.stepping.algebraic_loops import AlgebraicLoop
 from orchestrator.stepping.schedule import Act, Acts, Schedule
 from orchestrator.stepping.signal_table import SignalTable
@@ -39,7 +40,8 @@ class CompiledSchedule:
     ) -> None:
         self._schedule, self._units, self._table, self._start = schedule, units, table, start
         self._steps = {name: system.steps.get(name, Fraction(1)) for name in units}
-        self._period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
+        self.period = lcm(*(ratio.numerator for ratio in self._steps.values())) if units else 1
+        """[ticks] After how many the calls are the same again."""
         self._loops = {group: AlgebraicLoop(system, group, schedule, units, table) for group in schedule.loops}
         wires = [c for c in system.clock_connections if {c.unit, c.source} <= schedule.events]
         self._events = {name: events_of(units[name]) for name in schedule.events}
@@ -49,14 +51,14 @@ class CompiledSchedule:
 
     def before(self, tick: int) -> list[Call]:
         """The calls that complete the instant of `tick`."""
-        phase = tick % self._period
+        phase = tick % self.period
         if phase not in self._before:
             self._before[phase] = list(self._calls(self._schedule.before, phase, after=False))
         return self._before[phase]
 
     def after(self, tick: int) -> list[Call]:
         """The calls that lead from `tick` to the next."""
-        phase = tick % self._period
+        phase = tick % self.period
         if phase not in self._after:
             self._after[phase] = list(self._calls(self._schedule.after, phase, after=True))
         return self._after[phase]
@@ -75,7 +77,7 @@ class CompiledSchedule:
     def _act(self, act: Act, name: str, *, ends: bool) -> Iterator[Call]:
         unit = self._units[name]
         if act is Act.STEP:
-            yield own_step(unit, self._steps[name], self._start, ends=ends), True, name
+            yield UnitStep(unit, self._steps[name], self._start, ends=ends), True, name
             if name in self._schedule.events and name in self._forwards:
                 yield self._forwards[name], False, name
         elif act is Act.ACTIVATE:
@@ -92,33 +94,36 @@ class CompiledSchedule:
                 yield function, False, name
 
 
-def own_step(
-    unit: Unit, ratio: Fraction, start: float = 0.0, *, ends: bool = False
-) -> Callable[[float, float], object]:
-    """The step of a unit that has a step of its own.
+class UnitStep:
+    """The step of a unit, which may be a multiple or a part of the macro step.
 
     Args:
         unit: The unit.
         ratio: Its step in macro steps.
         start: The start time of the run [s].
         ends: Whether it ends at the next tick, and so may have begun before the present one.
-
-    Returns:
-        A function of the present instant and the macro step [s], which returns a false value or an FMI status.
     """
-    n, parts = ratio.numerator, ratio.denominator
 
-    def several(t: float, h: float) -> object:
-        begin = round((t - start) / h) - (n - 1 if ends else 0)
-        return unit.step(start + begin * h, n * h)
+    def __init__(self, unit: Unit, ratio: Fraction, start: float = 0.0, *, ends: bool = False) -> None:
+        self.unit, self._start = unit, start
+        self.multiple, self.parts = ratio.numerator, ratio.denominator
+        self.earlier = self.multiple - 1 if ends else 0
+        """How many ticks before the present one it begins."""
 
-    def divided(t: float, h: float) -> object:
-        for part in range(parts):
-            if status := unit.step(t + part * (h / parts), h / parts):
-                return status
-        return 0
+    def __call__(self, t: float, h: float) -> object:
+        """Carry it out at the present instant `t`, with the macro step `h` [s]; returns the worst FMI status."""
+        if self.multiple == self.parts == 1:
+            return self.unit.step(t, h)
+        return carry_out(partial(self.unit.step, *times) for times in self._times(t, h))
 
-    return several if n > 1 else divided if parts > 1 else unit.step
+    def _times(self, t: float, h: float) -> Iterator[tuple[float, float]]:
+        """The begin and the length of each of its steps [s]."""
+        if self.multiple > 1:
+            begin = round((t - self._start) / h) - self.earlier
+            yield self._start + begin * h, self.multiple * h
+        else:
+            for part in range(self.parts):
+                yield t + part * (h / self.parts), h / self.parts
 
 
 def events_of(unit: Unit) -> EventCapability:

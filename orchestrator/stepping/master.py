@@ -6,7 +6,6 @@ into flat tables: one column of memory per type that all units write to and read
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from types import TracebackType
@@ -16,12 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.arguments import checked_arguments
-from fmus.units.unit import EndRequested, ExperimentSetup, Unit, UnitError, is_failure
+from fmus.toolchain.stepper_library import stepper_library
+from fmus.units.unit import EndRequested, ExperimentSetup, UnitError
 from orchestrator.stepping.lifetime import Lifetime
-from orchestrator.stepping.lowering import Call, CompiledSchedule
+from orchestrator.stepping.lowering import CompiledSchedule
+from orchestrator.stepping.native_stepper import native_stepper
 from orchestrator.stepping.observation import observed
+from orchestrator.stepping.python_stepper import PythonStepper
 from orchestrator.stepping.rows import RowLog
-from orchestrator.stepping.running_units import RunningUnits, end_remark, failure_reason
+from orchestrator.stepping.run_status import RunStatus
+from orchestrator.stepping.running_units import RunningUnits, end_remark
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.simulation_error import SimulationError
@@ -51,6 +54,7 @@ class Simulation:
         record: Which signals are kept at every how many ticks, by pattern; all at every tick if not given.
         algorithm: How the units exchange data: `sequential` (no hidden delay), `jacobi` or `clocked`.
         solve_loops: Whether algebraic loops are solved by iteration instead of being refused.
+        native: Whether C carries out the macro steps where it can; the numbers are the same.
 
     Raises:
         RequestError: The system cannot be run like this: an algebraic loop, an unknown algorithm, a wrong time.
@@ -69,24 +73,21 @@ class Simulation:
         record: Choice = EVERYTHING,
         algorithm: str = Algorithm.SEQUENTIAL,
         solve_loops: bool = False,
+        native: bool = True,
     ) -> None:
         self.system = system = observed(system, record)
         grid = TimeGrid(h, until, start)
         self.h, self.start, self.last_tick = h, start, grid.last_tick
         self.algorithm = algorithm_named(algorithm)
         self.schedule: Schedule = schedule(system, self.algorithm, solve_loops=solve_loops)
-        self.tick = -1
         self._table = SignalTable(system)
         self.log = RowLog(self._table, grid, record)
-        self.step_times = np.zeros(self.last_tick + 1)
-        """[s] Wall time of each macro step."""
         self._from_table = TableInputs(self._table, self.log.times)
         self._written = WrittenInputs(system)
         self._running = RunningUnits(system, self.schedule, self._table, h, ExperimentSetup(start, until, tolerance))
-        self._units = self._running.by_name
-        self._writer = Writer(system, self._table, self._units)
-        self.ended: EndRequested | None = None
-        """What ended the run before its stop time without a fault: a unit that asked for it."""
+        self._status = RunStatus(grid, self.log, self._running.by_name)
+        self._writer = Writer(system, self._table, self._running.by_name)
+        self._native = native
         self._lifetime = Lifetime(self, self._running.close)
 
     def __enter__(self) -> Self:
@@ -109,15 +110,30 @@ class Simulation:
         self.close()
 
     @property
+    def tick(self) -> int:
+        """The last instant that is complete; -1 before the first step."""
+        return self._status.tick
+
+    @property
     def time(self) -> float:
         """The present instant [s]; the start time before the first step."""
-        return float(self.log.times[max(self.tick, 0)])
+        return self._status.time
+
+    @property
+    def ended(self) -> EndRequested | None:
+        """What ended the run before its stop time without a fault: a unit that asked for it."""
+        return self._status.ended
+
+    @property
+    def step_times(self) -> NDArray[np.float64]:
+        """[s] Wall time of each macro step, (ticks,)."""
+        return self._status.step_times
 
     def _start(self) -> None:
         try:
             self._running.open()
             self._bind()
-            self._running.initialise(self._checked, self._end)
+            self._running.initialise(self._status.checked, self._status.end)
             self._compile()
         except UnitError as fault:
             raise self._fault(fault.unit, fault.reason) from fault
@@ -128,26 +144,9 @@ class Simulation:
 
     def _compile(self) -> None:
         """Prepare every call of the macro step."""
-        self._compiled = CompiledSchedule(self.system, self.schedule, self._units, self._table, self.start)
-
-    def _run(self, calls: list[Call]) -> None:
-        t, h = self.start + self.tick * self.h, self.h
-        for function, timed, unit in calls:
-            try:
-                status = function(t, h) if timed else function()
-            except EndRequested as end:
-                self._end(end)
-                continue
-            if status:
-                self._checked(self._units[unit], status, function)
-
-    def _end(self, end: EndRequested) -> None:
-        self.ended = self.ended or end
-
-    def _checked(self, unit: Unit, status: object, function: object = None) -> None:
-        if isinstance(status, int) and is_failure(status):
-            raise self._fault(unit.name, failure_reason(unit, status, function))
-        unit.warned(status)
+        compiled = CompiledSchedule(self.system, self.schedule, self._running.by_name, self._table, self.start)
+        native = native_stepper(self._status, compiled, self._from_table) if self._native else None
+        self._stepper = native or PythonStepper(self._status, compiled, self._from_table)
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
         """The error of a unit that has failed; it is not terminated."""
@@ -166,29 +165,19 @@ class Simulation:
         """
         if self.is_over:
             raise StopIteration
+        self._advance(self.tick + 1)
+        return Tick(self.tick, self.time)
+
+    def _advance(self, last: int) -> None:
+        """Complete the ticks up to `last`, or to where a unit asks for the end. Raises `SimulationError`."""
         if not self._lifetime.is_open:
             self.open()
-        began = time.perf_counter()
         try:
-            if self.tick >= 0:
-                self._run(self._compiled.after(self.tick))
-            self.tick += 1
-            self._from_table.apply(self.tick)
-            self._run(self._compiled.before(self.tick))
+            self._stepper.advance(last)
         except UnitError as fault:
             raise self._fault(fault.unit, fault.reason) from fault
-        if self.ended is not None and len(self._units) == 1:
-            self.log.times[self.tick] = min(self.ended.time, self.time)
-        finite = self.log.keep(self.tick)
-        self.step_times[self.tick] = time.perf_counter() - began
-        self.log.kept = self.tick + 1
-        if not finite:
-            raise SimulationError(self.tick, self.time, *self.log.finiteness.fault())
-        if self.log.halted:
-            raise SimulationError(self.tick, self.time, "", self.log.halted)
         if self._lifetime.ends_itself and self.is_over:
             self.close()
-        return Tick(self.tick, self.time)
 
     def __iter__(self) -> Iterator[Tick]:
         while not self.is_over:
@@ -197,7 +186,7 @@ class Simulation:
     @property
     def is_over(self) -> bool:
         """Whether the stop time is reached, or a unit has asked for the end."""
-        return self.tick >= self.last_tick or (self.ended is not None and self.tick >= 0)
+        return self._status.is_over
 
     def run(self) -> None:
         """Step to the stop time, or to where a unit asks for the end.
@@ -205,14 +194,18 @@ class Simulation:
         Raises:
             SimulationError: A unit failed, or a value is not finite.
         """
-        while not self.is_over:
-            self.step()
+        if not self.is_over:
+            self._advance(self.last_tick)
 
     @property
     def remarks(self) -> list[str]:
         """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
         ends = [] if self.ended is None else [end_remark(self.ended, self.time)]
-        return [*ends, *self._running.remarks, *self.log.finiteness.remarks()]
+        return [*ends, *self._running.remarks, *self.log.finiteness.remarks(), *self._stepper_remarks()]
+
+    def _stepper_remarks(self) -> list[str]:
+        reason = stepper_library().reason if self._native and self.tick >= 0 else ""
+        return [f"stepped by Python, which is slower: {reason}"] if reason else []
 
     @checked_arguments
     def read(self, path: str) -> Any:

@@ -34,7 +34,7 @@ KEPT_BLOCKS: Final = 8
 """The blocks that stay in memory, so that what goes wrong with the disk for some time loses nothing."""
 
 
-class _Group:
+class RowGroup:
     """Signals that are kept at every `every`-th tick, and where the rows of a block of ticks are copied to."""
 
     def __init__(self, table: SignalTable, every: int, chosen: Sequence[RecordedElement]) -> None:
@@ -44,6 +44,8 @@ class _Group:
         self._values: dict[Type, tuple[NDArray[Any], NDArray[np.int64] | None]] = {}
         """By type, values in the table, and the places of those that are kept; none where these lie side by side."""
         self._widths: dict[Type, int] = {}
+        self.begin = 0
+        """The row of the first tick of the present block."""
         self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
         """Rows, and the values that lie side by side in the table."""
         self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
@@ -60,8 +62,8 @@ class _Group:
 
     def reserve(self, first: int, last: int) -> dict[Type, NDArray[Any]]:
         """Memory for the rows of the ticks from `first` to before `last`, to which rows are copied from now on."""
-        self._begin = self.count(first)
-        rows = {kind: zeros(kind, (self.count(last) - self._begin, n)) for kind, n in self._widths.items()}
+        self.begin = self.count(first)
+        rows = {kind: zeros(kind, (self.count(last) - self.begin, n)) for kind, n in self._widths.items()}
         self.copies = [(rows[kind], values) for kind, (values, places) in self._values.items() if places is None]
         self.picks = [(rows[k], values, places) for k, (values, places) in self._values.items() if places is not None]
         return rows
@@ -70,7 +72,7 @@ class _Group:
         """Copy the present values, if it is their tick."""
         row, other = divmod(tick, self.every)
         if not other:
-            row -= self._begin
+            row -= self.begin
             for rows, values in self.copies:
                 rows[row] = values
             for rows, values, places in self.picks:
@@ -118,8 +120,8 @@ class RowLog:
         self.times = grid.times
         """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
         self._order = [element.path for element in chosen]
-        self._groups = [
-            _Group(table, every, [element for element in chosen if pace[element.path] == every])
+        self.groups = [
+            RowGroup(table, every, [element for element in chosen if pace[element.path] == every])
             for every in sorted({pace[path] for path in self._order})
         ]
         self._blocks: list[_Block] = []
@@ -127,29 +129,38 @@ class RowLog:
         self._elsewhere: ColumnsOfTicks | None = None
         self._block_ticks = max(1, min(self._length, int(BLOCK * self._length / size) if size else self._length))
         self._first, self._last = 0, 0
-        # without a choice this is a single group of copies, which need not ask whose tick it is
+        self._plain = False
         self._reserve(0)
-        self._plain = [group.every for group in self._groups] == [1] and not self._groups[0].picks
-        self._copies = self._groups[0].copies if self._plain else []
-        self._others = [] if self._plain else self._groups
+        # without a choice this is a single group of copies, which need not ask whose tick it is
+        self._plain = [group.every for group in self.groups] == [1] and not self.groups[0].picks
+        self._copies = self.groups[0].copies if self._plain else []
+        self._others = [] if self._plain else self.groups
         self.finiteness = Finiteness(table, self.times)
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
         if tick >= self._last:
-            self._reserve(tick)
-            self._copies = self._groups[0].copies if self._plain else []
+            self.reserve(tick)
         for rows, values in self._copies:
             rows[tick - self._first] = values
         for group in self._others:
             group.keep(tick)
         return self.finiteness.holds(tick)
 
+    def reserve(self, tick: int) -> int:
+        """Have memory for the row of a tick, the next one; return the tick from which on more has to be reserved."""
+        if tick >= self._last:
+            self._reserve(tick)
+        return self._last
+
     def _reserve(self, tick: int) -> None:
-        self._first, self._last = tick, min(tick + self._block_ticks, self._length)
-        block = _Block(tick, self._last, [group.reserve(tick, self._last) for group in self._groups])
+        """Begin a block of memory; Ctrl-C may come at any point of it, and then it is done again."""
+        last = min(tick + self._block_ticks, self._length)
+        block = _Block(tick, last, [group.reserve(tick, last) for group in self.groups])
         with self._changing:
-            self._blocks = [*self._blocks, block]
+            self._blocks = [*(former for former in self._blocks if former.first < tick), block]
+        self._copies = self.groups[0].copies if self._plain else []
+        self._first, self._last = tick, last
 
     @property
     def in_memory_from(self) -> int:
@@ -174,12 +185,12 @@ class RowLog:
     @property
     def elements(self) -> list[list[RecordedElement]]:
         """The elements of each group, each with its position in the blocks of a batch."""
-        return [group.elements for group in self._groups]
+        return [group.elements for group in self.groups]
 
     @property
     def at_every_tick(self) -> list[str]:
         """Full paths of the elements that are kept at every tick."""
-        return [element.path for group in self._groups if group.every == 1 for element in group.elements]
+        return [element.path for group in self.groups if group.every == 1 for element in group.elements]
 
     def batches(self, first: int, last: int, step_times: NDArray[np.float64]) -> list[RowBatch]:
         """The rows of the ticks from `first` to before `last`, group by group.
@@ -190,7 +201,7 @@ class RowLog:
             step_times: Wall time of each tick of the run [s].
         """
         batches: list[RowBatch] = []
-        for i, group in enumerate(self._groups):
+        for i, group in enumerate(self.groups):
             begin, end = group.count(first), group.count(last)
             if begin < end:
                 ticks = slice(begin * group.every, last, group.every)
@@ -206,11 +217,11 @@ class RowLog:
             order of the units. Where a signal was not kept at such a tick, its number is NaN and its text empty.
         """
         last = self.kept if last is None else last
-        due = [group.ticks(first, last) for group in self._groups]
+        due = [group.ticks(first, last) for group in self.groups]
         ticks = self.row_ticks(first, last)
         columns: dict[str, NDArray[Any]] = {}
-        for i, (group, own) in enumerate(zip(self._groups, due, strict=True)):
-            whole = all(other.every % group.every == 0 for other in self._groups)  # whatever part of the run it is
+        for i, (group, own) in enumerate(zip(self.groups, due, strict=True)):
+            whole = all(other.every % group.every == 0 for other in self.groups)  # whatever part of the run it is
             rows = self._rows(i, first, last)
             for _, path, kind, at in group.elements:
                 values = rows[kind][:, at]
@@ -219,14 +230,14 @@ class RowLog:
 
     def row_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Those of the ticks from `first` to before `last` at which something is kept."""
-        if not self._groups or any(group.every == 1 for group in self._groups):
+        if not self.groups or any(group.every == 1 for group in self.groups):
             return np.arange(first, last)
-        return np.unique(np.concatenate([group.ticks(first, last) for group in self._groups]))
+        return np.unique(np.concatenate([group.ticks(first, last) for group in self.groups]))
 
     def _rows(self, group: int, first: int, last: int) -> dict[Type, NDArray[Any]]:
         """The rows of a group, by type, wherever they are."""
         blocks, elsewhere = self._blocks, self._elsewhere
-        count = self._groups[group].count
+        count = self.groups[group].count
         parts: list[Mapping[Type, NDArray[Any]]] = []
         if elsewhere is not None and first < blocks[0].first:
             parts.append(self._stacked(group, first, min(last, blocks[0].first), elsewhere))
@@ -242,7 +253,7 @@ class RowLog:
 
     def _stacked(self, group: int, first: int, last: int, elsewhere: ColumnsOfTicks) -> dict[Type, NDArray[Any]]:
         """The same from columns."""
-        own = self._groups[group]
+        own = self.groups[group]
         columns, mine = elsewhere(first, last), np.isin(self.row_ticks(first, last), own.ticks(first, last))
         kinds = dict.fromkeys(element.type for element in own.elements)
         return {

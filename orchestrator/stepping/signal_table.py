@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from components.interfaces.conversion import IDENTITY, Transformation
 from components.interfaces.quantity import Type, zeros
 from components.interfaces.record import Variable
+from fmus.units.prepared_calls import Copy, Gather
 from fmus.units.unit import Column, Operation, TypedColumns, Unit, positions, widths
 from orchestrator.system.system import Connection, System
 
@@ -111,9 +111,8 @@ class SignalTable:
                 inputs[kind] = column[places[0] : places[0] + len(places)]
             else:
                 inputs[kind] = zeros(kind, len(places))
-                # mode "clip" lets numpy write to `out` without a copy; the indices are in range by construction
-                gathers.append(_gather(column, np.array(places), inputs[kind]))
-        gathers += [_convert(c.values, c.conversion, inputs[c.type][c.slots]) for c in conversions]
+                gathers.append(Gather(column, np.array(places), inputs[kind]))
+        gathers += [Copy(c.values, inputs[c.type][c.slots], c.conversion) for c in conversions]
         return inputs
 
     def bind(self, unit: Unit, waiting: Collection[str] = ()) -> None:
@@ -212,21 +211,3 @@ def _slots(variables: Sequence[Variable], first: Mapping[Type, int]) -> dict[str
 
 def _moved(at: int, start: int, size: int) -> slice:
     return slice(start + at, start + at + size)
-
-
-def _gather(column: Column, places: Column, out: Column) -> Operation:
-    take = partial(column.take, places, None, out, "clip")
-
-    def gather() -> None:
-        take()
-
-    return gather
-
-
-def _convert(values: Column, conversion: Transformation, out: Column) -> Operation:
-    """A copy of values of another type or unit of measurement to where an input is read."""
-
-    def convert() -> None:
-        out[:] = values if conversion == IDENTITY else conversion(values)
-
-    return convert

@@ -25,7 +25,8 @@ class TableInputs:
         given = table.system.table
         self._columns: tuple[InputColumn, ...] = () if given is None else given.columns
         self._values = {} if given is None else {c.path: c.at(given.times, times) for c in self._columns}
-        self._copies: list[tuple[NDArray[Any], NDArray[np.intp], NDArray[Any]]] = []
+        self.copies: list[tuple[NDArray[Any], NDArray[np.intp], NDArray[Any]]] = []
+        """Columns of the signal table, places in them, and the values of these at each tick, (ticks, places)."""
 
     def prepare(self, tick: int) -> None:
         """Follow the table from now on, but for the inputs that are held; they have the values of a tick at once."""
@@ -33,11 +34,13 @@ class TableInputs:
         for column in self._columns:
             if not self._table.is_held(column.unit, column.input):
                 by_type.setdefault(column.type, []).append(column)
-        self._copies = [
+        self.copies = [
             (
                 self._table.columns[kind],
                 np.array([self._table.slots(c.unit, c.input, "inputs")[1].start + c.element for c in columns]),
-                np.stack([self._values[c.path] for c in columns], axis=1),
+                np.ascontiguousarray(
+                    np.stack([self._values[c.path] for c in columns], axis=1), self._table.columns[kind].dtype
+                ),
             )
             for kind, columns in by_type.items()
         ]
@@ -45,7 +48,7 @@ class TableInputs:
 
     def apply(self, tick: int) -> None:
         """Give the inputs their values at a tick."""
-        for column, places, rows in self._copies:
+        for column, places, rows in self.copies:
             column[places] = rows[tick]
 
     def received(self, ticks: NDArray[np.int64]) -> dict[str, NDArray[Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import final
 
 import pytest
@@ -12,10 +13,14 @@ from components.interfaces.quantity import quantity
 from components.interfaces.record import record
 from components.interfaces.socket import Socket
 from fmus.export.build import build
+from fmus.toolchain.stepper_library import stepper_library
 from fmus.toolchain.version import WRITTEN_VERSIONS
+from orchestrator.ssp import writer as ssp_writer
 from orchestrator.stepping.master import Simulation
+from orchestrator.system.experiment import Scenario
 from orchestrator.system.source import Fmu
 from orchestrator.system.system import System
+from tests.closed_loop.peers import load_tbb
 
 STEPS = 2000
 
@@ -130,31 +135,43 @@ def trivial(request, tmp_path_factory):
     return system
 
 
-def steps_without_recording(simulation):
-    """The calls of the macro step alone."""
-    for _ in range(STEPS):
-        simulation._run(simulation._compiled.after(simulation.tick))
-        simulation.tick += 1
-        simulation._run(simulation._compiled.before(simulation.tick))
+@pytest.fixture(params=[True, False], ids=["native", "python"])
+def native(request):
+    if request.param and stepper_library().library is None:
+        pytest.skip("there is no compiler")
+    return request.param
 
 
-def test_macro_steps_without_recording(benchmark, trivial):
-    with Simulation(trivial, h=0.1, until=0.1) as simulation:
-        simulation.step()
-        benchmark.extra_info["steps per round"] = STEPS
-        benchmark(steps_without_recording, simulation)
+@pytest.mark.parametrize("recorded", [0, 30])
+def test_macro_steps(benchmark, trivial, native, recorded):
+    """One round is a run of `STEPS` steps of units that are open, with as many signals recorded."""
 
-
-def test_macro_steps_with_30_signals_recorded(benchmark, trivial):
     def fresh():
-        simulation = Simulation(trivial, h=0.1, until=0.1 * STEPS)
+        record = {"*": 1} if recorded else {"*": 0}
+        simulation = Simulation(trivial, h=0.1, until=0.1 * STEPS, record=record, native=native)
         simulation.__enter__()
-        assert len(simulation._table.elements()) == 30
+        simulation.step()
+        assert len(simulation.log.at_every_tick) == recorded
+        opened.append(simulation)
         return (simulation,), {}
 
-    def run(simulation):
-        simulation.run()
+    opened = []
+    benchmark.extra_info["steps per round"] = STEPS
+    benchmark.pedantic(Simulation.run, setup=fresh, rounds=20)
+    for simulation in opened:
         simulation.close()
 
-    benchmark.extra_info["steps per round"] = STEPS + 1
-    benchmark.pedantic(run, setup=fresh, rounds=10)
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Ecos is installed on Linux only")
+def test_macro_steps_of_ecos(benchmark, trivial, tmp_path):
+    """The same three files in another master, which does all steps in one call."""
+    load_tbb()
+    from ecospy import EcosSimulation  # noqa: PLC0415
+
+    ssp_writer.write(
+        Scenario("trivial", "", trivial, scene=None, h=0.1, until=1.0, sources={}), tmp_path / "trivial.ssp"
+    )
+    with EcosSimulation(ssp_path=str(tmp_path / "trivial.ssp"), step_size=0.1) as simulation:
+        assert simulation.init(parameter_set="trivial")
+        benchmark.extra_info["steps per round"] = STEPS
+        benchmark.pedantic(simulation.step, args=(STEPS,), rounds=20)

@@ -54,10 +54,15 @@ def fmpy(ssp: Exported, ticks: int) -> pd.DataFrame:
     return pd.DataFrame(rows).astype(float)
 
 
-def ecos(ssp: Exported, ticks: int) -> pd.DataFrame:
-    """Ecos needs libtbb, which comes as a package of its own, where the dynamic linker does not look."""
+def load_tbb() -> None:
+    """Load what Ecos needs and comes as a package of its own, where the dynamic linker does not look."""
     tbb = next(file for file in metadata.files("tbb") or [] if file.name == "libtbb.so.12")
     ctypes.CDLL(str(tbb.locate()), ctypes.RTLD_GLOBAL)
+
+
+def ecos(ssp: Exported, ticks: int) -> pd.DataFrame:
+    """Ecos applies the parameter set that it is asked for by name."""
+    load_tbb()
     from ecospy import EcosSimulation  # noqa: PLC0415
 
     rows: list[dict[str, float]] = []

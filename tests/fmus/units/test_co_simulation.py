@@ -70,7 +70,7 @@ def test_a_run_calls_in_the_order_of_the_standard_and_terminates(trace):
 
 def test_parameters_come_after_the_start_values_that_a_setup_loads():
     """Siblings of 20-sim's FMUs, which load their own start values in fmi2SetupExperiment."""
-    messages = finished(alone(traced(Version.FMI2, "LOADS_STARTS"), k=3.0), until=0.1)._units["m"].messages
+    messages = finished(alone(traced(Version.FMI2, "LOADS_STARTS"), k=3.0), until=0.1)._running.by_name["m"].messages
     assert len(messages) == 2  # k - 1 in each step
 
 

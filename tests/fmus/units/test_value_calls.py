@@ -1,4 +1,4 @@
-"""Prepared calls, on functions written in Python; `reading/test_declared_variables.py` moves values of every type."""
+"""Prepared calls (`prepared_calls.py`) on functions in Python; `reading/test_declared_variables.py` has every type."""
 
 from __future__ import annotations
 

@@ -16,6 +16,7 @@ from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import InProcess, block_source
 from orchestrator.system.system import System
 from tests.orchestrator.blocks import Affine, Gain, Held, Sum, system
+from tests.orchestrator.stepping.mixed import made
 
 gains = st.floats(-5, 5)
 
@@ -38,6 +39,24 @@ def test_a_unit_that_shows_by_stepping_is_stepped_once_for_each_tick_whatever_th
     frame = simulate(made, h=1.0, until=3.0, solve_loops=True)
     expected = [(1 - 3000 * (k + 1)) / 4 for k in range(4)]  # p = 1 - 3 q, q = p + 1000 (k + 1)
     assert frame["p.b.value"].tolist() == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_a_loop_of_values_that_are_no_floats_agrees_or_is_told(again):
+    """The colour is shown as it is read; a flag is shown elsewhere than where it is read."""
+    wiring = {"t.u.c": "t.y.c"} if again else {"t.u.b[2]": "t.y.b[3]", "t.u.b[1]": "t.y.b[1]"}
+    values = {
+        "t.u.a": 0.3,
+        "t.u.v": [0.1, 0.2, 0.3],
+        "t.u.s": 1.0,
+        "t.u.n": 3,
+        "t.u.c": 2,
+        "t.u.b": [True, False, True],
+    }
+    held = {path: v for path, v in values.items() if path not in wiring}
+    made_of = System({"t": made("through", None)}, wiring, held=held)
+    frame = simulate(made_of, h=1.0, until=1.0, solve_loops=True)
+    assert len(frame) == 2
 
 
 def test_a_loop_beside_units_outside_it():
