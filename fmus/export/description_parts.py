@@ -38,12 +38,13 @@ def declared_type(q: Quantity) -> str | None:
     """The name of a variable's type definition; None where it has none."""
     if q.enumeration is not None:
         return q.enumeration.name
-    return quantity_of(q.unit) if q.type is Type.FLOAT64 else None
+    return quantity_of(q.unit) if q.type is Type.FLOAT64 and q.unit else None
 
 
 def units_of_measurement(variables: FmiVariables) -> list[str]:
     """The units of measurement in use, in order of appearance."""
-    return list(dict.fromkeys(v.variable.quantity.unit for v in variables if v.variable.quantity.type is Type.FLOAT64))
+    floats = (v.variable.quantity for v in variables if v.variable.quantity.type is Type.FLOAT64)
+    return list(dict.fromkeys(q.unit for q in floats if q.unit))
 
 
 def enumerations(variables: FmiVariables) -> list[Enumeration]:
@@ -78,7 +79,7 @@ def root(variables: FmiVariables, fmi_version: str, token_attribute: str, token:
 
 def add_unit_definitions(parent: XmlElement, names: Iterable[str]) -> None:
     """<UnitDefinitions>: each unit of measurement by the exponents of its base units, with its factor and offset."""
-    definitions = etree.SubElement(parent, "UnitDefinitions")
+    definitions = etree.Element("UnitDefinitions")
     for name in names:
         unit = etree.SubElement(definitions, "Unit", name=name)
         if (meaning := base_unit(name)) is None:
@@ -87,6 +88,13 @@ def add_unit_definitions(parent: XmlElement, names: Iterable[str]) -> None:
         attributes |= {} if meaning.factor == 1 else {"factor": number(meaning.factor)}
         attributes |= {} if meaning.offset == 0 else {"offset": number(meaning.offset)}
         etree.SubElement(unit, "BaseUnit", attributes)
+    add_if_filled(parent, definitions)
+
+
+def add_if_filled(parent: XmlElement, definitions: XmlElement) -> None:
+    """A list that FMI 2.0 does not allow to be empty."""
+    if len(definitions):
+        parent.append(definitions)
 
 
 def add_items(parent: XmlElement, enumeration: Enumeration) -> None:
@@ -124,7 +132,7 @@ def value_attributes(v: FmiVariable, start: Iterable[float]) -> dict[str, str]:
     attributes: dict[str, str] = {}
     if (declared := declared_type(q)) is not None:
         attributes["declaredType"] = declared
-    if q.type is Type.FLOAT64:
+    if q.type is Type.FLOAT64 and q.unit:
         attributes["unit"] = q.unit
     for name, limit in (("min", q.min), ("max", q.max)):
         if limit is not None and q.type in (Type.FLOAT64, Type.INT32):

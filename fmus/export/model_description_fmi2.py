@@ -62,13 +62,14 @@ def _co_simulation(root: parts.XmlElement, variables: FmiVariables, sources: Ite
 
 
 def _types(root: parts.XmlElement, variables: FmiVariables) -> None:
-    definitions = etree.SubElement(root, "TypeDefinitions")
+    definitions = etree.Element("TypeDefinitions")
     for unit in parts.units_of_measurement(variables):
         name = parts.quantity_of(unit)
         etree.SubElement(etree.SubElement(definitions, "SimpleType", name=name), "Real", quantity=name, unit=unit)
     for enumeration in parts.enumerations(variables):
         simple = etree.SubElement(definitions, "SimpleType", name=enumeration.name)
         parts.add_items(etree.SubElement(simple, "Enumeration", quantity=enumeration.name), enumeration)
+    parts.add_if_filled(root, definitions)
 
 
 def _variable(parent: parts.XmlElement, v: FmiVariable) -> None:

@@ -5,15 +5,17 @@
 from __future__ import annotations
 
 import dataclasses
+import keyword
 import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import casadi as ca
 import numpy as np
+from typing_extensions import override
 
 from components.interfaces.block import Block, Continuous, block
 from components.interfaces.problem import Problem, raise_if_any
@@ -26,6 +28,18 @@ from fmus.modelica.explicit import ExplicitModel, explicit
 from fmus.modelica.expressions import Expressions
 from fmus.modelica.flat import FlatModel, FlatVariable, Tree, read
 from fmus.toolchain.door import reading
+
+
+class _AnyNames(Socket):
+    """A socket without buses, which any inputs and outputs fit."""
+
+    @override
+    def problems(self, unit: str, inputs: Sequence[Variable], outputs: Sequence[Variable]) -> list[Problem]:
+        return []
+
+
+OWN_NAMES: Final = _AnyNames("names of its own", {}, {})
+"""Stands for the socket of a model that fits none by its names; its FMU fills one behind a mapping."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +58,13 @@ def modelica_block(path: Path, model: str | None = None, socket: str | None = No
     Args:
         path: The file.
         model: The model's name; None for the only model of the file.
-        socket: The name of the socket that the block is for; None for the one that it fits best.
+        socket: The name of the socket that the block is for; None for the first that it fits.
+
+    Returns:
+        The block of that socket; one of `OWN_NAMES` where names, types or units of measurement are not the socket's.
 
     Raises:
-        RequestError: The model does not fit the socket, or has what a block cannot express.
+        RequestError: The model has what a block cannot express.
     """
     with reading(str(path), "a model that a block can express"):
         return _of_flat(read(path, model), socket)
@@ -55,30 +72,43 @@ def modelica_block(path: Path, model: str | None = None, socket: str | None = No
 
 def _of_flat(flat: FlatModel, socket: str | None) -> ModelicaBlock:
     solved = explicit(flat)
-    groups = [solved.parameters, solved.states, solved.inputs, solved.outputs]
-    raise_if_any(p for group in groups for p in _problems(group))
-    parameters, states = ([_variable(v, _own(v)) for v in group] for group in groups[:2])
-    inputs, outputs = ([_variable(v, v.name) for v in group] for group in groups[2:])
-    fitting = [SOCKETS[socket]] if socket else list(SOCKETS.values())
-    chosen = min(fitting, key=lambda s: len(s.problems("", inputs, outputs)))
-    raise_if_any(_placed(flat, chosen.problems(flat.name, inputs, outputs)))
+    raise_if_any(dict.fromkeys(_problems(solved)))  # an output may be a state too
+    parameters, states = ([_variable(v, _own(v)) for v in group] for group in (solved.parameters, solved.states))
+    inputs, outputs = ([_variable(v, v.name) for v in group] for group in (solved.inputs, solved.outputs))
+    asked = [SOCKETS[socket]] if socket else SOCKETS.values()
+    chosen = next((s for s in asked if not s.problems("", inputs, outputs)), OWN_NAMES)
     cls = _block(flat, solved, chosen, (inputs, states, outputs), parameters)
     start = {_own(v): _number(v, v.binding) for v in solved.parameters if v.binding is not None}
     return ModelicaBlock(cls, start)
 
 
-def _placed(flat: FlatModel, problems: list[Problem]) -> list[Problem]:
-    """Problems of a socket, with the file of the model."""
-    return [dataclasses.replace(p, where=f"{flat.place}: {p.where}") for p in problems]
-
-
-def _problems(variables: Sequence[FlatVariable]) -> Iterator[Problem]:
-    owner: dict[str, str] = {}
-    for v in variables:
-        if base_unit(v.unit) is None:
+def _problems(solved: ExplicitModel) -> Iterator[Problem]:
+    """Units of measurement that nobody knows, and names that the variables of a block cannot have."""
+    parameters = [(v, _own(v)) for v in solved.parameters]
+    states = [(v, _own(v)) for v in solved.states]
+    signals = [(v, v.name) for v in (*solved.inputs, *solved.outputs)]
+    for v, _ in (*parameters, *states, *signals):
+        if v.unit and base_unit(v.unit) is None:
             yield Problem(v.place, f"`{v.name}` in `{v.unit}`", "a unit as Modelica writes it: kg, m/s2, N.m/rad")
-        if owner.setdefault(_own(v), v.name) != v.name:
-            yield Problem(v.place, f"`{v.name}` beside `{owner[_own(v)]}`", "names that differ without dots")
+    yield from _name_problems([*parameters, *signals])
+    yield from _name_problems(states)
+    yield from (_taken(v) for v, name in parameters if hasattr(Continuous, name))
+
+
+def _name_problems(named: Sequence[tuple[FlatVariable, str]]) -> Iterator[Problem]:
+    """The problems of variables that stand beside each other, each with its name in the block."""
+    owner: dict[str, str] = {}
+    for v, name in named:
+        if owner.setdefault(name, v.name) != v.name:
+            yield Problem(v.place, f"`{v.name}` beside `{owner[name]}`", "names that differ without dots")
+        if any(keyword.iskeyword(part) or not part.isidentifier() for part in name.split(".")):
+            yield _taken(v)
+
+
+def _taken(v: FlatVariable) -> Problem:
+    valid = "letters, digits and underscores that are no word of Python and no part of every block"
+    remedy = "Write an array of each number in place of one of records." if "[" in v.name else "Rename it."
+    return Problem(v.place, f"the name `{v.name}`", valid, remedy)
 
 
 def _own(v: FlatVariable) -> str:

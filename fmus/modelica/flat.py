@@ -49,6 +49,7 @@ class FlatVariable:
     role: VariableRole
     """`dependent`: a constant, a protected or final parameter, or one that others determine."""
     unit: str
+    """Its unit of measurement; empty where the model declares none."""
     description: str
     low: Tree | None
     high: Tree | None
@@ -197,7 +198,7 @@ def _variable(raw: Mapping[str, Any], flat: Mapping[str, Any], places: _Places) 
         type=_TYPES[flat["variable_type_names"][name]],
         shape=tuple(raw["dims"]),
         role=_role(raw, flat),
-        unit=raw["unit"] or "1",
+        unit=raw["unit"] or "",
         description=raw["description"] or name,
         low=raw["min"],
         high=raw["max"],

@@ -11,8 +11,9 @@ from components import BLOCKS
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Type
 from components.interfaces.record import pack
+from components.interfaces.sockets import PLANT
 from fmus.lowering import lower
-from fmus.modelica.block import modelica_block
+from fmus.modelica.block import OWN_NAMES, modelica_block
 from fmus.modelica.flat import library
 from orchestrator.scenario.catalogue import default_values
 
@@ -21,9 +22,9 @@ OURS = BLOCKS["bicycle"]
 P = pack(OURS(**default_values(OURS)))
 
 
-def refusal(path, socket=None) -> str:
+def refusal(path) -> str:
     with pytest.raises(RequestError) as refused:
-        modelica_block(path, socket=socket)
+        modelica_block(path)
     return str(refused.value)
 
 
@@ -126,41 +127,55 @@ def test_parameters_of_components_lose_their_dots_and_keep_type_range_and_value(
     assert np.asarray(step).ravel()[1] == pytest.approx(-0.01, rel=1e-12)
 
 
-def test_a_model_that_fits_no_socket_is_refused_for_the_one_it_fits_best(written):
-    path = written("block M\n  input Real u;\n  output Real y = u;\nend M;\n")
-    assert f"{path}: M.actuation.delta_f: found nothing; valid: an output `actuation.delta_f`" in refusal(path)
+def test_a_model_that_fits_no_socket_keeps_its_own_names_and_units(written):
+    made = modelica_block(
+        written(
+            """block Own
+  input Real delta_f;
+  input Real T_r(unit = "N.m", min = -200);
+  output Real speed(unit = "km/h", start = 36, fixed = true);
+  output Real path[2](each unit = "m");
+equation
+  der(speed) = T_r;
+  path = {delta_f, 2*speed};
+end Own;
+"""
+        )
+    ).block
+    assert made.socket is OWN_NAMES
+    assert [(v.name, v.quantity.unit) for v in made.inputs()] == [("delta_f", ""), ("T_r", "N.m")]
+    assert [(v.name, v.quantity.unit, v.shape) for v in made.outputs()] == [
+        ("speed", "km/h", ()),
+        ("path", "m", (2,)),
+    ]
+    assert np.asarray(lower(made).output([36.0], [0.5, 1.0], [])).ravel().tolist() == [36.0, 0.5, 72.0]
 
 
-def test_a_model_for_another_socket_is_refused(car):
+def test_a_model_that_fits_another_socket_than_the_one_it_is_for_has_names_of_its_own(car):
     path = car()
-    assert f"{path}: Car.obstacles.valid: found nothing; valid: an output `obstacles.valid`" in refusal(path, "traffic")
+    assert modelica_block(path, socket="plant").block.socket is PLANT
+    assert modelica_block(path, socket="traffic").block.socket is OWN_NAMES
 
 
-def test_a_unit_that_is_not_the_sockets_is_refused(written):
+@pytest.mark.parametrize(("unit", "fits"), [('(unit = "m/s")', True), ("", True), ('(unit = "km/h")', False)])
+def test_a_model_fits_a_socket_in_its_units_or_without_units(written, unit, fits):
+    numbers = {"x": '(unit = "m")', "y": '(unit = "m")', "psi": '(unit = "rad")', "v_x": unit, "v_y": "", "r": ""}
+    declared = "\n".join(f"    Real {name}{of};" for name, of in numbers.items())
+    equations = "\n".join(f"  state.{name} = 0;" for name in numbers)
     path = written(
-        """block M
+        f"""block M
   MacroStep.Interfaces.ActuationInput actuation;
   record State
-    Real x(unit = "m");
-    Real y(unit = "m");
-    Real psi(unit = "rad");
-    Real v_x(unit = "1");
-    Real v_y(unit = "m/s");
-    Real r(unit = "rad/s");
+{declared}
   end State;
   connector StateOutput = output State;
   StateOutput state;
 equation
-  state.x = 0;
-  state.y = 0;
-  state.psi = 0;
-  state.v_x = 0;
-  state.v_y = 0;
-  state.r = 0;
+{equations}
 end M;
 """
     )
-    assert refusal(path, "plant") == (f"{path}: M.state.v_x: found Float64 in `1`; valid: Float64 in `m/s`")
+    assert modelica_block(path, socket="plant").block.socket is (PLANT if fits else OWN_NAMES)
 
 
 def test_a_unit_that_nobody_knows_is_refused_with_its_line(car):
@@ -174,3 +189,25 @@ def test_names_that_are_the_same_without_dots_are_refused(car):
     assert "`b_k`" in said
     assert "`b.k`" in said
     assert said.endswith("valid: names that differ without dots")
+
+
+VALID = "valid: letters, digits and underscores that are no word of Python and no part of every block."
+
+
+@pytest.mark.parametrize(
+    ("declaration", "said"),
+    [
+        ("input Real lambda;", f"3: found the name `lambda`; {VALID} Rename it."),
+        ("parameter Real step = 1;", f"3: found the name `step`; {VALID} Rename it."),
+        ("input Real b_k; B b;", "3: found `b_k` beside `b.k`; valid: names that differ without dots"),
+        (
+            "input C cs[1];",
+            f"2: found the name `cs[1].x`; {VALID} Write an array of each number in place of one of records.",
+        ),
+    ],
+)
+def test_names_that_a_block_cannot_have_are_refused(written, declaration, said):
+    path = written(
+        f"block M\n  record B parameter Real k = 1; end B; record C Real x; end C;\n  {declaration}\nend M;\n"
+    )
+    assert refusal(path).replace(str(path), "") == f":{said}"

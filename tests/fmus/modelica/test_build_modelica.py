@@ -7,7 +7,7 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from components.interfaces.problem import RequestError
-from fmus.modelica.build_modelica import build_modelica, is_modelica
+from fmus.modelica.build_modelica import build_modelica, file_of, is_modelica
 from fmus.modelica.flat import library
 from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 
@@ -18,6 +18,10 @@ from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 )
 def test_what_is_a_modelica_file(request_, expected):
     assert is_modelica(request_) is expected
+
+
+def test_the_file_of_a_request_has_no_model_in_its_name():
+    assert [str(file_of(request)) for request in ("a.mo:P.M", "/b/a.mo", "a.fmu")] == ["a.mo", "/b/a.mo", "a.fmu"]
 
 
 @pytest.mark.parametrize("version", WRITTEN_VERSIONS)
@@ -36,6 +40,15 @@ def test_units_that_our_own_blocks_do_not_have_are_defined_in_the_fmu(tmp_path, 
     assert (units["kg/m3"].kg, units["kg/m3"].m, units["kg/m3"].factor) == (1, -3, 1.0)
     assert (units["km/h"].m, units["km/h"].s) == (1, -1)
     assert units["km/h"].factor == pytest.approx(1 / 3.6, rel=1e-12)
+
+
+@pytest.mark.parametrize("version", WRITTEN_VERSIONS)
+def test_a_model_without_units_is_a_valid_fmu_without_units(tmp_path, written, version):
+    text = "block M\n  parameter Real k = 2;\n  input Real u;\n  output Real y = k*u;\nend M;\n"
+    built = build_modelica(str(written(text)), version, tmp_path)
+    assert validate_fmu(str(built.path)) == []
+    found = {v.name: v.unit for v in read_model_description(str(built.path)).modelVariables}
+    assert {name: found[name] for name in ("k", "u", "y")} == {"k": None, "u": None, "y": None}
 
 
 def test_it_is_built_again_only_when_the_text_has_changed(tmp_path, car):

@@ -56,14 +56,14 @@ end M;
     kinds = {v.name: (v.role, v.type, v.shape, v.unit) for v in found.variables.values()}
     assert kinds == {
         "m": ("parameter", Type.FLOAT64, (), "kg"),
-        "n": ("parameter", Type.INT32, (), "1"),
+        "n": ("parameter", Type.INT32, (), ""),
         "twice": ("dependent", Type.FLOAT64, (), "kg"),
-        "flag": ("dependent", Type.BOOLEAN, (), "1"),
-        "g": ("dependent", Type.FLOAT64, (), "1"),
+        "flag": ("dependent", Type.BOOLEAN, (), ""),
+        "g": ("dependent", Type.FLOAT64, (), ""),
         "u": ("input", Type.FLOAT64, (), "N"),
         "y": ("output", Type.FLOAT64, (2,), "m"),
-        "within_it": ("local", Type.FLOAT64, (), "1"),
-        "hidden": ("dependent", Type.FLOAT64, (), "1"),
+        "within_it": ("local", Type.FLOAT64, (), ""),
+        "hidden": ("dependent", Type.FLOAT64, (), ""),
     }
     assert found.variables["m"].description == "mass"
     assert found.variables["n"].binding is None  # and not 0
