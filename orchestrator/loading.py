@@ -19,6 +19,7 @@ from orchestrator.stepping import observation
 from orchestrator.stepping.finiteness import ALL
 from orchestrator.system.contents import is_folder
 from orchestrator.system.experiment import Algorithm, Scenario, algorithm_named, relative_tolerance
+from orchestrator.system.source import Fmu
 
 
 @checked_arguments
@@ -51,7 +52,7 @@ def load(request: str | Path, options: Options = UNCHANGED, progress: Progress =
         raise refuse(request, "--blocks, --fmi or another unit for a fixed system", "--set, --step, --stop-time, --out")
     settings = parse_settings(options.settings, any_unit=True)
     if path.suffix == ".fmu":
-        return completed(with_options(single_fmu(path, settings, options), options), options, progress)
+        return completed(with_options(single_fmu(Fmu(path), settings, options), options), options, progress)
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - only a system in a file needs it
 
     scenario = ssp_reader.read(path, settings, options)

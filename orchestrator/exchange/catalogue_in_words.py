@@ -12,15 +12,29 @@ from components import BLOCKS
 from components.interfaces.block import Block
 from components.interfaces.problem import choices, did_you_mean, refuse
 from components.interfaces.record import Variable
+from fmus.modelica.block import OWN_NAMES
 from fmus.modelica.build_modelica import read_modelica
 from orchestrator.exchange.fmu_in_words import aligned
 from orchestrator.scenario import scenario_file
 from orchestrator.scenario.parameters import block_parameters
 
 
-def modelica_in_words(request: str, socket: str | None) -> tuple[list[str], str]:
-    """What a model of a Modelica file is as a block, and the socket that it fills. Raises `RequestError`."""
+def modelica_in_words(request: str, socket: str | None) -> tuple[list[str], str] | None:
+    """What a model of a Modelica file is as a block, and the socket that it fills by its names.
+
+    Args:
+        request: The file, or the file and the model.
+        socket: The name of the socket that it is meant for; None for any.
+
+    Returns:
+        The lines and the name of the socket; None for a model with names of its own.
+
+    Raises:
+        RequestError: The model cannot become a block.
+    """
     model = read_modelica(request, socket)
+    if model.block.socket is OWN_NAMES:
+        return None
     return _in_words(model.block, model.start, {}), model.block.socket.name
 
 

@@ -4,29 +4,27 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 from components import BLOCKS
 from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, refuse
 from components.interfaces.progress import SILENT, Progress
-from components.interfaces.record import Variable
 from components.interfaces.sockets import SOCKETS
-from fmus.modelica.build_modelica import is_modelica
+from fmus.modelica.build_modelica import file_of, is_modelica
 from fmus.reading.archive import Archive
-from fmus.reading.observation import observable, observing
 from fmus.toolchain.door import reading
 from fmus.unit_interface import Interface
 from orchestrator.exchange.catalogue_in_words import block_in_words, modelica_in_words
 from orchestrator.exchange.conversions_in_words import conversions_in_words
-from orchestrator.exchange.fmu_in_words import aligned, described, rule_breaches
+from orchestrator.exchange.fmu_in_words import aligned, described, rule_breaches, variables
 from orchestrator.exchange.trial import Trial, try_first_step
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.fitting_result import Fitting
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.mapping.template import relative, template, write_template
+from orchestrator.scenario.requested_fmus import RequestedFmus
 from orchestrator.stepping.schedule import schedule
 from orchestrator.system.contents import is_file
 from orchestrator.system.source import Fmu
@@ -58,7 +56,7 @@ def check(
         socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
         static: Whether an FMU is only read, and not tried.
         out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
-        progress: Is told before sources of an FMU are compiled.
+        progress: Is told before a Modelica model is built, and before sources of an FMU are compiled.
 
     Returns:
         The description of the file, with everything that is wrong with it.
@@ -70,19 +68,12 @@ def check(
         raise refuse("--socket", f"`{socket}`", choices(SOCKETS), did_you_mean(socket, SOCKETS))
     if str(path) in BLOCKS and out is None and not path.exists():
         return Checked(tuple(block_in_words(str(path))), good=True)
-    modelica = is_modelica(str(path))
-    if not modelica and (path.suffix not in {".fmu", ".ssp", ".toml"} or not is_file(path)):
-        found = "no such file" if not is_file(path) else f"a file ending in `{path.suffix}`"
-        valid = "an .fmu, an .ssp, the .toml that maps an FMU, a Modelica file (FILE.mo or FILE.mo:MODEL), or a block"
-        raise refuse(str(path), found, valid, did_you_mean(str(path), BLOCKS))
-    if out is not None and (socket is None or path.suffix != ".fmu"):
-        raise refuse("--out", "a template without an FMU and its socket", "FILE.fmu --socket SOCKET --out FILE.toml")
-    if out is not None and out.exists():
-        raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
+    _refuse_wrong(path, socket, out)
     try:
         with reading(str(path), "a file that can be checked"):
-            if modelica:
-                lines, fills = modelica_in_words(str(path), socket)
+            filling = modelica_in_words(str(path), socket) if out is None and is_modelica(str(path)) else None
+            if filling is not None:
+                lines, fills = filling
                 return Checked((*lines, *_to_run([_typed("run", "static", f"--{fills}", path)])), good=True)
             if path.suffix == ".ssp":
                 return _ssp(path)
@@ -90,11 +81,26 @@ def check(
             where = path if mapping is None else mapping.fmu
             if where is None:
                 raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
-            archive, broken = opened(where)
-            tried = None if static else try_first_step(where, progress, lenient=bool(broken))
+            fmu = RequestedFmus(progress=progress).fmu(str(where))
+            archive, broken = opened(fmu)
+            tried = None if static else try_first_step(fmu, progress, lenient=bool(broken))
             return _fmu(path, _Found(where, archive, broken, tried), mapping, socket, out)
     except RequestError as error:
         return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
+
+
+def _refuse_wrong(path: Path, socket: str | None, out: Path | None) -> None:
+    """Refuse a file that cannot be checked, and a template that cannot be written. Raises `RequestError`."""
+    modelica = is_modelica(str(path))
+    if not modelica and (path.suffix not in {".fmu", ".ssp", ".toml"} or not is_file(path)):
+        found = "no such file" if not is_file(path) else f"a file ending in `{path.suffix}`"
+        valid = "an .fmu, an .ssp, the .toml that maps an FMU, a Modelica file (FILE.mo or FILE.mo:MODEL), or a block"
+        raise refuse(str(path), found, valid, did_you_mean(str(path), BLOCKS))
+    if out is not None and (socket is None or not (modelica or path.suffix == ".fmu")):
+        valid = "FILE.fmu or FILE.mo with --socket SOCKET --out FILE.toml"
+        raise refuse("--out", "a template without an FMU or a Modelica file and its socket", valid)
+    if out is not None and out.exists():
+        raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
 
 
 def _ssp(path: Path) -> Checked:
@@ -124,6 +130,7 @@ class _Found:
     """An FMU that has been read, with the problems that a strict reader has, and how its trial went."""
 
     where: Path
+    """The FMU, or the Modelica model that it was built of."""
     archive: Archive
     broken: tuple[Problem, ...]
     tried: Trial | None
@@ -134,10 +141,10 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
     where, archive, broken, tried = found.where, found.archive, found.broken, found.tried
     problems = (*broken, *(tried.problems if tried else ()))
     theirs = archive.interface
-    lines = [*described(where, archive), *rule_breaches(archive, broken)]
+    lines = [*described(where.name, archive), *rule_breaches(archive, broken)]
     if tried is not None:
         lines += [f"  {tried.reached}", *(f"  note: {remark}" for remark in tried.remarks)]
-    lines += ["", *_variables(archive), ""]
+    lines += ["", *variables(archive), ""]
     socket_name = socket or (mapping.socket if mapping else None)
     if socket_name is None:
         fittings = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS}
@@ -176,8 +183,8 @@ def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, leni
     stop = ["--stop-time", "10"] if archive.suggested.stop is None else []
     leniently = ["--lenient"] if lenient else []
     fitting = [name for name, found in fittings.items() if not found.problems]
-    commands = [_typed("run", path, *stop, *leniently), *(_typed("run", "static", f"--{n}", path) for n in fitting)]
-    return _to_run(commands)
+    alone = [] if is_modelica(str(path)) else [_typed("run", path, *stop, *leniently)]
+    return _to_run([*alone, *(_typed("run", "static", f"--{n}", path) for n in fitting)])
 
 
 def _typed(*words: object) -> str:
@@ -187,76 +194,29 @@ def _typed(*words: object) -> str:
 
 def _to_run(commands: Sequence[str]) -> list[str]:
     """What to type next."""
-    return ["", "To run it:", *(f"  {command}" for command in commands)]
+    return ["", "To run it:", *(f"  {command}" for command in commands)] if commands else []
 
 
-def opened(path: Path) -> tuple[Archive, tuple[Problem, ...]]:
+def opened(fmu: Fmu) -> tuple[Archive, tuple[Problem, ...]]:
     """Read an FMU, leniently where it breaks rules; return it with the problems that a strict reader finds.
 
     Raises:
         RequestError: The FMU cannot be read leniently either.
     """
     try:
-        return Fmu(path).archive, ()
+        return fmu.archive, ()
     except RequestError as error:
-        return Fmu(path, lenient=True).archive, error.problems
+        return replace(fmu, lenient=True).archive, error.problems
 
 
 def _template(path: Path, socket: str, fitting: Fitting, theirs: Interface, out: Path | None) -> str:
     """Write the template, unless its default file exists already."""
-    target = out or Path(f"{path.stem}.{socket}.toml")
+    target = out or Path(f"{file_of(str(path)).stem}.{socket}.toml")
     if out is None and target.exists():
         return f"{target} is kept as it is; another mapping goes to --out FILE.toml"
     text = template(fitting, SOCKETS[socket], theirs, relative(path, target.parent), str(target))
     write_template(text, target)
     return f"written: {target}, a mapping {'to fill in' if fitting.problems else 'to change as you like'}"
-
-
-_OBSERVABLE: Final = {"local": "local", "calculatedParameter": "calculated"}
-"""The causalities of variables that are listed besides inputs, outputs and parameters, in words."""
-_MOST_OBSERVABLE: Final = 100
-"""The most local variables that are listed."""
-
-
-def _variables(archive: Archive) -> list[str]:
-    """The variables of an FMU; of those that can only be recorded, at most `_MOST_OBSERVABLE`."""
-    theirs = archive.interface
-    shown = {v.name for v in theirs.outputs}
-    starts = [v for v in theirs.initials if v.name not in shown]
-    groups = (("input", theirs.inputs), ("output", theirs.outputs), ("parameter", theirs.parameters), ("local", starts))
-    rows = [("variable", "", "--set", "type", "unit", "start", "")]
-    settable = _settable(theirs)
-    rows += [
-        (f"  {v.name}", causality, *_row(v, theirs, settable)) for causality, variables in groups for v in variables
-    ]
-    found = observable(archive)
-    listed = {row[0].strip() for row in rows}
-    others = {name: words for name, c in found.items() if name not in listed and (words := _OBSERVABLE.get(c))}
-    only_shown = observing(archive, [*others][:_MOST_OBSERVABLE], {}).interface.observed
-    rows += [(f"  {v.name}", others[v.name], *_row(v, theirs, settable)) for v in only_shown]
-    left_out = len(others) - len(only_shown)
-    return aligned(rows) + ([f"  and {left_out} more, which --record takes as well"] if left_out else [])
-
-
-def _settable(theirs: Interface) -> dict[str, str]:
-    """What may be set before the run besides inputs, each with what it is and its variability, by name."""
-    groups = (("start value", theirs.initials), ("", theirs.parameters))
-    words = {v.name: (what, theirs.variability.get(v.name, "")) for what, variables in groups for v in variables}
-    return {name: ", ".join(word for word in both if word) for name, both in words.items()}
-
-
-def _row(v: Variable, theirs: Interface, settable: Mapping[str, str]) -> tuple[str, ...]:
-    q = v.quantity
-    shape = f"[{', '.join(map(str, v.shape))}]" if v.shape else ""
-    start = theirs.starts.get(v.name)
-    text = "" if start is None else str(start.ravel()[0]) + " ..." if v.shape else str(start)
-    return (
-        settable.get(v.name, ""),
-        f"{q.type}{shape}",
-        q.unit if q.type.is_float else "",
-        text,
-        q.description if q.description != v.name else "",
-    )
 
 
 def _rows(fitting: Fitting) -> list[str]:

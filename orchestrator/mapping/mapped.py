@@ -51,7 +51,7 @@ class Mapped(UnitSource):
         return self._fitted_again(fmu, self.fitting.mapping) if self.structural else replace(self, fmu=fmu)
 
     def _fitted_again(self, fmu: Fmu, mapping: MappingFile) -> Self:
-        fitting = fit(fmu.path.stem, SOCKETS[mapping.socket or ""], fmu.interface, str(fmu.path), mapping)
+        fitting = fit(fmu.path.stem, SOCKETS[mapping.socket or ""], fmu.interface, fmu.named_as, mapping)
         raise_if_any(fitting.problems)
         return replace(self, fmu=fmu, fitting=fitting)
 
@@ -175,7 +175,7 @@ def fitted(
     Returns:
         The source for the unit, what keeps it from fitting, and the decisions that no mapping file gave.
     """
-    fitting = fit(name, socket, fmu.interface, str(fmu.path), mapping)
+    fitting = fit(name, socket, fmu.interface, fmu.named_as, mapping)
     source = Mapped(fmu, fitting) if fitting.needed else fmu
     return source, fitting.problems, fitting.remarks
 

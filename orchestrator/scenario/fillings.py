@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity
 from components.interfaces.sockets import SOCKETS, standard_wiring
+from fmus.modelica.build_modelica import file_of, is_modelica
 from fmus.reading.archive import interface_type_named
 from fmus.unit_interface import Interface
 from orchestrator.mapping.mapped import fitted, holding
@@ -21,16 +22,14 @@ from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.scenario.interface_choice import NO_CHOICE, InterfaceChoice
 from orchestrator.scenario.parameters import block_parameters
+from orchestrator.scenario.requested_fmus import RequestedFmus
 from orchestrator.scenario.resolution import Resolution, Setting, resolve, resolve_unit, with_lengths
 from orchestrator.scenario.scenario_file import SocketFilling
 from orchestrator.system.contents import is_file
 from orchestrator.system.files import Given
 from orchestrator.system.named_variables import own_values
-from orchestrator.system.source import Fmu, UnitSource
+from orchestrator.system.source import UnitSource
 from orchestrator.system.value_texts import typed
-
-FOREIGN: Final = (".fmu", ".toml")
-"""The suffixes of FMUs and of mapping files."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +66,8 @@ def filled_by_fmu(  # noqa: PLR0913 - what a scenario and a person say of it
     filling: SocketFilling,
     mapping: MappingFile | None,
     settings: Sequence[Setting],
+    fmus: RequestedFmus,
     choice: InterfaceChoice = NO_CHOICE,
-    *,
-    lenient: bool,
 ) -> Filled:
     """Fill a socket with an FMU, whose parameters are converted to its own units of measurement.
 
@@ -78,17 +76,17 @@ def filled_by_fmu(  # noqa: PLR0913 - what a scenario and a person say of it
         filling: The filling of the scenario, which names the FMU.
         mapping: The mapping of the FMU; without one, the names of its variables decide.
         settings: The values that a person sets, which replace those of the filling.
+        fmus: Gives the FMU.
         choice: The interface types that a person chooses.
-        lenient: Whether the file may be used although it breaks rules of FMI.
 
     Raises:
         RequestError: The FMU cannot be read; other problems are those of the result.
     """
-    path = Path(filling.fmu or "")
+    request = filling.fmu or ""
     of_file = filling.interface and interface_type_named(filling.interface, f"{socket}.interface")
-    fmu = Fmu(path, lenient=lenient, interface_type=choice.of(socket, of_file or None))
+    fmu = replace(fmus.fmu(request), interface_type=choice.of(socket, of_file or None))
     fmu = with_lengths(socket, fmu, filling.parameters, settings)
-    remarks = [f"{socket}: {path.name}: {remark}" for remark in fmu.archive.remarks]
+    remarks = [f"{socket}: {Path(request).name}: {remark}" for remark in fmu.archive.remarks]
     # Values that cannot be converted stay as they are, so that the resolution reports them.
     given = filling.parameters | in_units_of(filling.parameters, fmu.interface)[0]
     resolved = resolve_unit(socket, fmu, given, settings)
@@ -106,6 +104,11 @@ def wiring_of(units: Mapping[str, UnitSource]) -> dict[str, str]:
     return {bus: source for bus, source in standard_wiring(units).items() if bus in read}
 
 
+def is_foreign(request: str) -> bool:
+    """Whether a request names a file in place of a block: an FMU, the mapping file of one, or a Modelica file."""
+    return request.endswith((".fmu", ".toml")) or is_modelica(request)
+
+
 def located(filling: SocketFilling, request: str) -> SocketFilling:
     """A filling whose files are found relative to the folder of the scenario file.
 
@@ -118,26 +121,26 @@ def located(filling: SocketFilling, request: str) -> SocketFilling:
     """
     given = {key: text for key in ("fmu", "mapping") if (text := getattr(filling, key)) is not None}
     beside = {key: Path(request).parent / text for key, text in given.items() if request.endswith(".toml")}
-    return filling.model_copy(update={key: str(path) for key, path in beside.items() if is_file(path)})
+    return filling.model_copy(update={key: str(path) for key, path in beside.items() if is_file(file_of(str(path)))})
 
 
 def chosen_fmu(
-    socket: str, filling: SocketFilling, request: str, remarks: list[str], *, lenient: bool = False
+    socket: str, filling: SocketFilling, request: str, fmus: RequestedFmus, remarks: list[str]
 ) -> SocketFilling:
     """Replace a filling by an FMU, which takes over the parameters that it has too.
 
     Args:
         socket: The name of the socket.
         filling: The filling of the scenario.
-        request: The path of the FMU, or of the mapping file that names it.
+        request: The FMU or the Modelica file, or the mapping file that names it.
+        fmus: Gives the FMU.
         remarks: Receives a remark on the parameters that are taken over, and on those that are not.
-        lenient: Whether the file may be used although it breaks rules of FMI.
 
     Raises:
         RequestError: The FMU or the mapping file cannot be read.
     """
     chosen, _ = with_mapping(SocketFilling(fmu=request), socket)
-    interface = Fmu(Path(chosen.fmu or ""), lenient=lenient).interface
+    interface = fmus.fmu(chosen.fmu or "").interface
     declared = {v.name for v in interface.parameters}
     # a start value of theirs that happens to have the name of a parameter of ours is none
     kept, other = in_units_of({n: g for n, g in filling.parameters.items() if n in declared}, interface)

@@ -14,16 +14,15 @@ from components.interfaces.problem import Problem, choices, did_you_mean, raise_
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
-from fmus.modelica.build_modelica import build_modelica, is_modelica
 from fmus.toolchain.version import Version
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.scenario.catalogue import block_named, built_folder, ensure_built
 from orchestrator.scenario.fillings import (
-    FOREIGN,
     Filled,
     chosen_fmu,
     filled_by_block,
     filled_by_fmu,
+    is_foreign,
     located,
     wiring_of,
     with_mapping,
@@ -32,6 +31,7 @@ from orchestrator.scenario.interface_choice import interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.scenario.parameters import parameter_set
+from orchestrator.scenario.requested_fmus import RequestedFmus
 from orchestrator.scenario.resolution import resolve
 from orchestrator.scenario.scenario_file import ScenarioFile, SocketFilling, read
 from orchestrator.scenario.settings import parse_record, parse_settings
@@ -59,13 +59,14 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
     """
     name, content = read(request)
     settings = parse_settings(options.settings)
-    fillings, mappings, remarks = _fillings(request, content, options, progress)
+    fmus = RequestedFmus(options.mode, progress, options.lenient)
+    fillings, mappings, remarks = _fillings(request, content, options, fmus)
     choice = interface_choice(options.interface, [socket for socket, f in fillings.items() if f.block is None])
     blocks = {s: block_named(f.block, f"{name}: {s}.block", s) for s, f in fillings.items() if f.block is not None}
     filled = {
         socket: filled_by_block(socket, filling, blocks[socket], settings[socket])
         if socket in blocks
-        else filled_by_fmu(socket, filling, mappings[socket], settings[socket], choice, lenient=options.lenient)
+        else filled_by_fmu(socket, filling, mappings[socket], settings[socket], fmus, choice)
         for socket, filling in fillings.items()
     }
     remarks += [remark for one in filled.values() for remark in one.remarks]
@@ -103,7 +104,7 @@ def _kept_inside(blocks: Mapping[str, type[Block[Any, Any, Any]]], mode: Mode) -
 
 
 def _fillings(
-    request: str, content: ScenarioFile, options: Options, progress: Progress
+    request: str, content: ScenarioFile, options: Options, fmus: RequestedFmus
 ) -> tuple[dict[str, SocketFilling], dict[str, MappingFile | None], list[str]]:
     """The filling of each socket after a person's changes, the mapping of each, and remarks."""
     fillings: dict[str, SocketFilling] = {}
@@ -119,11 +120,7 @@ def _fillings(
         if filling is None and replacement is None:
             continue
         filling = filling or SocketFilling()
-        if replacement is not None:
-            replacement = _as_fmu(str(replacement), socket, options.mode, progress)
-        elif filling.fmu is not None:
-            filling = filling.model_copy(update={"fmu": _as_fmu(filling.fmu, socket, options.mode, progress)})
-        filling = _replaced(socket, filling, replacement, remarks, lenient=options.lenient)
+        filling = _replaced(socket, filling, None if replacement is None else str(replacement), fmus, remarks)
         fillings[socket], mappings[socket] = with_mapping(filling, socket)
     return fillings, mappings, remarks
 
@@ -144,25 +141,16 @@ def _number_in(unit: str, where: str, given: Given, valid: str, above: float = -
     raise refuse(where, f"`{given.value}` in `{given.unit}`", valid)
 
 
-def _as_fmu(request: str, socket: str, mode: Mode, progress: Progress) -> str:
-    """The path of the FMU that is built from a Modelica file; any other request as it is."""
-    if not is_modelica(request):
-        return request
-    progress.now(f"building {request}")
-    version = Version.FMI3 if mode == "blocks" else mode
-    return str(build_modelica(request, version, built_folder() / "modelica", socket).path)
-
-
 def _replaced(
-    socket: str, filling: SocketFilling, replacement: str | None, remarks: list[str], *, lenient: bool
+    socket: str, filling: SocketFilling, replacement: str | None, fmus: RequestedFmus, remarks: list[str]
 ) -> SocketFilling:
     """The filling that a person chose instead, with the parameters of the scenario that the new one has too."""
     given = filling.given(socket)
     if replacement is None:
         return filling.model_copy(update={"parameters": given})
-    if replacement.endswith(FOREIGN):
+    if is_foreign(replacement):
         filling = filling.model_copy(update={"parameters": given})
-        return chosen_fmu(socket, filling, replacement, remarks, lenient=lenient)
+        return chosen_fmu(socket, filling, replacement, fmus, remarks)
     declared = {v.name for v in block_named(replacement, f"--{socket}", socket).parameters()}
     kept = {n: g for n, g in given.items() if n in declared}
     dropped = sorted(given.keys() - kept.keys())

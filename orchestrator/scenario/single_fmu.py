@@ -28,11 +28,11 @@ from orchestrator.system.system import System
 from orchestrator.system.value_texts import plain
 
 
-def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
+def single_fmu(fmu: Fmu, settings: Mapping[str, Sequence[Setting]], options: Options) -> Scenario:
     """Make an FMU the only unit of a system, named `fmu`, with the experiment that the FMU suggests.
 
     Args:
-        path: The FMU.
+        fmu: The FMU, without values.
         settings: The values of parameters and inputs that a person sets, by unit.
         options: The changes to the experiment, and how the FMU is run.
 
@@ -44,7 +44,8 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         raise refuse(f"--set {min(unknown)}", "an unknown unit", unit, f"Write --set {unit}.NAME=VALUE.")
     choice = interface_choice(options.interface, [unit])
     mine = settings.get(unit, ())
-    fmu = with_lengths(unit, Fmu(path, lenient=options.lenient, interface_type=choice.of(unit)), settings=mine)
+    fmu = replace(fmu, lenient=options.lenient, interface_type=choice.of(unit))
+    fmu = with_lengths(unit, fmu, settings=mine)
     resolved = resolve_unit(unit, fmu, settings=mine)
     raise_if_any(_problems(fmu, resolved))
     fmu = fmu.with_parameters(resolved.of_role("parameters", "initials"))
@@ -63,7 +64,7 @@ def single_fmu(path: Path, settings: Mapping[str, Sequence[Setting]], options: O
         system, taken = with_table(system, table, hold=options.input_hold)
         remarks += tuple(taken)
     return Scenario(
-        name=re.sub(r"[^\w-]+", "_", path.stem),
+        name=re.sub(r"[^\w-]+", "_", fmu.path.stem),
         title=archive.title,
         system=system,
         scene=None,

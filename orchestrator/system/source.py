@@ -85,7 +85,8 @@ class Fmu(UnitSource):
         in_process: Whether it runs in this process whoever has built it.
         reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
         known: The content of the file, where it has been read before and is still valid.
-        where: The file, as messages name it, for one that was taken from an SSP; its path, if not given.
+        where: The file, as messages name it, for one that was taken from an SSP or built of a Modelica file; its path,
+            if not given.
         through_step: Outputs that inputs reach through a step only, whatever the file says of them.
     """
 
@@ -105,6 +106,11 @@ class Fmu(UnitSource):
             object.__setattr__(self, "path", Path(self.path))
         check_fields(self)
 
+    @property
+    def named_as(self) -> str:
+        """The file, as messages name it."""
+        return self.where or str(self.path)
+
     @cached_property
     def archive(self) -> Archive:
         """The content of the file, read and checked. Raises `RequestError`."""
@@ -113,7 +119,7 @@ class Fmu(UnitSource):
             self.parameters,
             lenient=self.lenient,
             interface_type=self.interface_type,
-            where=self.where,
+            where=self.named_as,
         )
         if not self.through_step:
             return found

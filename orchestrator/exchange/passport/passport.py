@@ -36,6 +36,8 @@ from orchestrator.exchange.passport.passport_line import GROUPS, Line, Mark, Top
 from orchestrator.mapping.mapping_file import MappingFile
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.results.provenance import now, versions
+from orchestrator.scenario.requested_fmus import RequestedFmus
+from orchestrator.system.source import Fmu
 
 SCHEMA: Final = 1
 """The version of the JSON; it changes when keys get another meaning, or go."""
@@ -111,10 +113,11 @@ def passport(path: Path, progress: Progress = SILENT, patience: float = STAGE_PA
     where = path if mapping is None else mapping.fmu
     if where is None:
         raise refuse(f"{path}: fmu", "nothing", "the path of the FMU, relative to this file")
+    fmu = RequestedFmus(progress=progress).fmu(str(where))
     progress.now("checking the rules of FMI")
-    archive, broken = _opened(where)
-    known = identity.file_facts(where)
-    lines = validation.lines(where, broken)
+    archive, broken = _opened(fmu)
+    known = identity.file_facts(fmu.path)
+    lines = validation.lines(fmu.path, broken)
     images: list[bytes] = []
     if archive is None:
         why = f"it cannot be opened: see {validation.OPENS.key}"
@@ -130,10 +133,10 @@ def passport(path: Path, progress: Progress = SILENT, patience: float = STAGE_PA
     return Passport(known, tuple(lines), _provenance(time.monotonic() - began), tuple(images))
 
 
-def _opened(path: Path) -> tuple[Archive | None, Sequence[Problem]]:
+def _opened(fmu: Fmu) -> tuple[Archive | None, Sequence[Problem]]:
     """The FMU, read leniently where it breaks rules; None where it cannot be read at all."""
     try:
-        return opened(path)
+        return opened(fmu)
     except RequestError as error:
         return None, error.problems
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fmus.toolchain.version import Version
 from orchestrator.exchange.trial import try_first_step
+from orchestrator.system.source import Fmu
 from tests.fmus.foreign import description2, library, pack, scalar
 
 
@@ -13,13 +14,14 @@ def made(folder, code="", before=""):
 
 
 def test_an_fmu_that_runs_takes_its_own_step(tmp_path):
-    trial = try_first_step(made(tmp_path, before='<DefaultExperiment stopTime="3" stepSize="0.25"/>'), lenient=False)
+    path = made(tmp_path, before='<DefaultExperiment stopTime="3" stepSize="0.25"/>')
+    trial = try_first_step(Fmu(path), lenient=False)
     assert (trial.reached, trial.problems) == ("can be instantiated here, and takes a step of 0.25 s", ())
 
 
 def test_a_first_step_that_fails_is_told_as_what_it_is(tmp_path):
     path = made(tmp_path, "#define STATUS fmi2Error")
-    trial = try_first_step(path, lenient=False)
+    trial = try_first_step(Fmu(path), lenient=False)
     assert trial.reached == "can be instantiated here, and cannot step"
     assert [str(problem) for problem in trial.problems] == [
         f"{path}: found an FMU whose first step fails (`fmi2DoStep` returned an error); valid: one that can be run."
@@ -29,5 +31,5 @@ def test_a_first_step_that_fails_is_told_as_what_it_is(tmp_path):
 
 def test_an_fmu_that_dies_in_its_step_takes_nobody_along(tmp_path):
     path = made(tmp_path, "#define STATUS *(volatile int *)8")
-    (problem,) = try_first_step(path, lenient=False).problems
+    (problem,) = try_first_step(Fmu(path), lenient=False).problems
     assert problem.found == "an FMU whose first step fails (its process died in `fmi2DoStep` (SIGSEGV))"

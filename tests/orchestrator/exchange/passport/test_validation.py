@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from orchestrator.exchange.check import opened
 from orchestrator.exchange.passport import validation
+from orchestrator.system.source import Fmu
 from tests.fmus.foreign import copied, entries
 from tests.orchestrator.exchange.passport.measured_fmus import lag, told
 
 
 def found(path):
-    return told(validation.lines(path, opened(path)[1]))
+    return told(validation.lines(path, opened(Fmu(path))[1]))
 
 
 def test_an_fmu_that_keeps_the_rules_passes(tmp_path):
