@@ -13,7 +13,7 @@ from orchestrator.command.console import FAULT, err, out, print_message, print_p
 
 
 def check(  # noqa: PLR0913 - each is an option of the command
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, an .ssp, or a mapping file (.toml).")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, .ssp or .mo, or a mapping file (.toml).")],
     socket: Annotated[str | None, typer.Option(help="The socket that an FMU is meant for.")] = None,
     target: Annotated[
         Path | None,
@@ -35,7 +35,8 @@ def check(  # noqa: PLR0913 - each is an option of the command
 ) -> None:
     """Say what a file is, which rules it breaks, which socket it fits and what is missing.
 
-    An FMU is also run up to the end of its first step, in a process of its own, which shows what is wrong with it.
+    An FMU is also run up to the end of its first step, in a process of its own, which shows what is wrong with it. A
+    Modelica model whose names are not those of a socket is built first, and described as its FMU.
     With `--socket` a mapping template is written too, if one is of use; a file that is there is never overwritten.
     With `--passport` an FMU is run, in processes of its own, and everything about it is measured on one page.
     Exit code 0: all well, and it fits the socket that was named, perhaps by conversions that are listed; 1: it breaks

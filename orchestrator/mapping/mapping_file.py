@@ -74,6 +74,7 @@ class MappingFile:
     where: str
     """The file's name, for messages."""
     fmu: Path | None = None
+    """The FMU, or the Modelica model (`FILE.mo` or `FILE.mo:MODEL`) that becomes one."""
     socket: str | None = None
     axes: str = "iso8855"
     feedthrough: bool = True

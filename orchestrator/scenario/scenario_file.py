@@ -53,7 +53,7 @@ class SocketFilling(BaseModel):
     block: str | None = None
     """A block of the catalogue."""
     fmu: str | None = None
-    """An FMU, or a Modelica file that becomes one; its path is relative to this file."""
+    """An FMU, or a Modelica model (`FILE.mo` or `FILE.mo:MODEL`) that becomes one; relative to this file."""
     mapping: str | None = None
     """The mapping file by which the FMU that it names, or `fmu`, fits the socket."""
     interface: str | None = None

@@ -16,6 +16,7 @@ from fmus.modelica.flat import library
 from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from orchestrator import SILENT, Options, RequestError, Scenario, load, metrics, shown, simulate
 from orchestrator.exchange.export import Targets, write
+from tests.orchestrator.foreign import CART, CART_MAPPING
 
 README = (Path(__file__).parents[2] / "fmus" / "README.md").read_text(encoding="utf-8")
 BICYCLE = str(library() / "Examples" / "PaperBicycle.mo")
@@ -48,10 +49,14 @@ def foreign(tmp_path_factory):
     double.write_bytes((Path(__file__).parent / "kinematic_fmi2.py").read_bytes())
     model = folders["modelica"] / "MyVehicle.mo"
     model.write_text(block_of_readme("modelica", "MyVehicle"), encoding="utf-8")
+    mapping = folders["modelica"] / "Cart.plant.toml"
+    mapping.with_name("Cart.mo").write_text(CART, encoding="utf-8")
+    mapping.write_text(CART_MAPPING, encoding="utf-8")
     return {
         "pythonfmu3": made_with("pythonfmu3", script),
         "pythonfmu": made_with("pythonfmu", double),
         "modelica": str(model),
+        "modelica mapped": str(mapping),
         "modelica bicycle": BICYCLE,
     }
 
@@ -75,7 +80,7 @@ def test_static_at_10_m_per_s_without_contact(plant):
     without_contact(*drive(plant))
 
 
-@pytest.mark.parametrize("plant", ["pythonfmu3", "pythonfmu", "modelica", "modelica bicycle"])
+@pytest.mark.parametrize("plant", ["pythonfmu3", "pythonfmu", "modelica", "modelica mapped", "modelica bicycle"])
 def test_static_with_plants_in_files_without_contact(foreign, plant):
     without_contact(*drive(foreign[plant]))
 
@@ -107,6 +112,47 @@ def test_a_parameter_of_a_modelica_plant_can_be_set(foreign):
     _, heavy = drive(foreign["modelica"], settings=["plant.m=4000.0"])
     _, light = drive(foreign["modelica"])
     assert (heavy["plant.state.v_x"] - light["plant.state.v_x"]).abs().max() > 0.01
+
+
+FLAT = {
+    "MyVehicle": "FlatVehicle",
+    "extends MacroStep.Interfaces.Plant;": (
+        'input Real steer(unit = "rad"); input Real T_r; output Real x(unit = "m"); output Real y; output Real psi;'
+        ' output Real speed(unit = "m/s"); output Real drift(unit = "m/s"); output Real yaw_rate(unit = "rad/s");'
+    ),
+    "actuation.delta_f": "steer",
+    "actuation.T_r": "T_r",
+    "state.x": "x",
+    "state.y": "y",
+    "state.psi": "psi",
+    "state.v_x": "speed",
+    "state.v_y": "drift",
+    "state.r": "yaw_rate",
+}
+FLAT_MAPPING = """fmu = "Flat.mo:FlatVehicle"
+[state]
+v_x = "speed"
+v_y = "drift"
+r = "yaw_rate"
+[actuation]
+delta_f = "steer"
+"""
+
+
+def test_a_modelica_plant_with_flat_names_behind_a_mapping_drives_as_with_those_of_its_socket(foreign, tmp_path):
+    flat = Path(foreign["modelica"]).read_text("utf-8")
+    for ours, theirs in FLAT.items():
+        assert ours in flat
+        flat = re.sub(rf"{re.escape(ours)}(?!\w)", theirs, flat)
+    (tmp_path / "Flat.mo").write_text(flat, encoding="utf-8")
+    (tmp_path / "flat.toml").write_text(FLAT_MAPPING, encoding="utf-8")
+    _, expected = drive(foreign["modelica"], settings=["plant.m=1900.0"])
+    made, found = drive(str(tmp_path / "flat.toml"), settings=["plant.m=1900.0"])
+    assert made.system.units["plant"].fmu.named_as == f"{tmp_path}/Flat.mo:FlatVehicle"
+    assert sorted(found.columns) == sorted(expected.columns)
+    np.testing.assert_allclose(
+        found[expected.columns].to_numpy(float), expected.to_numpy(float), rtol=1e-12, atol=1e-12
+    )
 
 
 def test_the_readmes_vehicle_has_30_lines():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from functools import cache
 from pathlib import Path
@@ -26,6 +27,11 @@ from tests.fmus.foreign import copied, entries, kept_folder
 DEG = 57.29577951308232
 L_R, RATIO = 1.05, 16.0
 CAR = default_values(Bicycle)
+README = (Path(__file__).parents[2] / "fmus" / "README.md").read_text(encoding="utf-8")
+(CART,) = re.findall(r"^```modelica\n(block Cart .*?)^```$", README, re.DOTALL | re.MULTILINE)
+"""The README's Modelica model with names of its own."""
+(CART_MAPPING,) = re.findall(r'^```toml\n(fmu = "Cart\.mo".*?)^```$', README, re.DOTALL | re.MULTILINE)
+"""Its mapping."""
 START = VehicleState(x=0.0, y=0.0, psi=0.0, v_x=10.0, v_y=0.0, r=0.0)
 UNIT_BASES = {
     "km/h": {"m": "1", "s": "-1", "factor": repr(1 / 3.6)},

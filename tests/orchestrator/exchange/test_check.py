@@ -135,7 +135,8 @@ CHECKED = "an .fmu, an .ssp, the .toml that maps an FMU, a Modelica file (FILE.m
         ),
         (
             ["theirs.fmu", "--out", "t.toml"],
-            "--out: found a template without an FMU and its socket; valid: FILE.fmu --socket SOCKET --out FILE.toml",
+            "--out: found a template without an FMU or a Modelica file and its socket; "
+            "valid: FILE.fmu or FILE.mo with --socket SOCKET --out FILE.toml",
         ),
     ],
 )
@@ -300,6 +301,49 @@ def test_a_block_and_a_modelica_file_are_described(in_tmp_path, macrostep):
     assert (code, err) == (0, "")
     assert re.search(r"\n  k +2(\.0)? +0 <= finite number \[m/s2\] +how strongly it goes\n", out)
     assert out.endswith("To run it:\n  macrostep run static --plant 'a b.mo'\n")
+
+
+def test_a_modelica_file_with_names_of_its_own_is_described_as_its_fmu_is(in_tmp_path, macrostep):
+    (in_tmp_path / "Cart.mo").write_text(foreign.CART)
+    code, out, err = macrostep("check", "Cart.mo")
+    assert (code, err) == (0, "")
+    assert out.startswith("Cart.mo: `Cart`, FMI 3.0, Co-Simulation\n")
+    assert "\n  keeps the rules of FMI\n  can be instantiated here, and takes a step of 0.1 s\n" in out
+    assert re.search(r"\n  speed +output +Float64 +km/h\n", out)
+    assert re.search(r"\n  delta_f +input +Float64 +0.0\n", out)
+    assert "\n  plant       does not fit, 5 of 8 signals found\n" in out
+    assert out.endswith("\nFor a mapping file: macrostep check Cart.mo --socket plant\n")
+    code, out, err = macrostep("check", "Cart.mo", "--socket", "plant")
+    assert code == 1
+    assert "\n  actuation.delta_f  [rad]    delta_f  without a unit, taken as rad\n" in out
+    assert out.endswith("\nwritten: Cart.plant.toml, a mapping to fill in\n")
+    assert err.startswith(
+        "macrostep: plant: Cart.mo: found no variable for actuation.T_r (Float64 in `N.m`), state.v_x"
+    )
+    text = (in_tmp_path / "Cart.plant.toml").read_text()
+    assert text.startswith("# How Cart.mo fills the socket `plant`.\n")
+    assert 'v_x = "?"  # [m/s] longitudinal speed in the body frame; candidates: speed [km/h]\n' in text
+    assert read_mapping(in_tmp_path / "Cart.plant.toml").fmu == in_tmp_path / "Cart.mo"
+
+
+def test_a_mapping_of_a_modelica_model_is_checked_and_nothing_names_the_fmu_that_is_built(in_tmp_path, macrostep):
+    (in_tmp_path / "Cart.mo").write_text(foreign.CART)
+    (in_tmp_path / "mine.toml").write_text(foreign.CART_MAPPING.replace("Cart.mo", "Cart.mo:Cart", 1))
+    code, out, err = macrostep("check", "mine.toml")
+    assert (code, err) == (0, "")
+    assert out.startswith("Cart.mo:Cart: `Cart`, FMI 3.0, Co-Simulation\n")
+    assert "\n  state.v_x [m/s] = 0.277778 * speed [km/h]\n" in out
+    assert out.endswith("\nTo run it:\n  macrostep run static --plant mine.toml\n")
+    assert "Cart.fmu" not in out
+
+
+def test_a_template_is_written_for_a_modelica_file_that_fits_too(in_tmp_path, macrostep):
+    (in_tmp_path / "Car.mo").write_text(PLANT.format(declarations="", equations="  der(state.v_x) = actuation.T_r;"))
+    code, out, _ = macrostep("check", "Car.mo:Car", "--socket", "plant", "--out", "mine.toml")
+    assert code == 0
+    assert "\nsocket plant: fits as it is\n" in out
+    assert "\nwritten: mine.toml, a mapping to change as you like\n" in out
+    assert 'fmu = "Car.mo:Car"' in (in_tmp_path / "mine.toml").read_text().splitlines()
 
 
 def test_a_mapping_that_cannot_be_written_leaves_the_report(theirs, macrostep, monkeypatch):
