@@ -64,8 +64,9 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def _cell(content: object) -> str:
-    """The content of a cell, in which the texts of foreign FMUs may hold characters that would end it."""
-    return " ".join(str(content).split()).replace("|", r"\|")
+    """The content of a cell, in one line; the texts of foreign FMUs may hold characters that would end it."""
+    lines = (" ".join(line.split()) for line in str(content).splitlines())
+    return ", ".join(line for line in lines if line).replace("|", r"\|")
 
 
 def _measured(summary: Mapping[str, Any]) -> dict[str, str]:

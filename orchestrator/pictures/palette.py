@@ -25,6 +25,8 @@ PLAN: Final[Colour] = (255, 255, 255)
 CORRIDOR: Final[Colour] = (250, 205, 70)
 LIMIT: Final[Colour] = (150, 150, 150)
 GRID: Final[Colour] = (110, 110, 110)
+LEVELS: Final[dict[str, Colour]] = {"INFO": (140, 140, 140), "WARN": (225, 135, 40), "ERROR": (220, 85, 85)}
+"""The colour of a line of the log, which has no room for the name of its level."""
 
 SERIES: Final[tuple[Colour, ...]] = (
     (70, 145, 230),

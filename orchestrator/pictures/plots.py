@@ -23,13 +23,13 @@ _SHARES: Final = ("mu_f", "mu_r")
 """The signals of `tyre` that are limited to 1."""
 
 _ANSWERS: Final = (
-    (DID, "Steering delta_f", Actuation, ("delta_f",)),
-    (DID, "Torque T_r", Actuation, ("T_r",)),
-    (DID, "Place across the road y", VehicleState, ("y",)),
-    (FELT, "Yaw rate r", VehicleState, ("r",)),
+    (DID, "Steering", Actuation, ("delta_f",)),
+    (DID, "Torque", Actuation, ("T_r",)),
+    (DID, "Place across the road", VehicleState, ("y",)),
+    (FELT, "Yaw rate", VehicleState, ("r",)),
     (FELT, "Acceleration", Motion, ("a_x", "a_y")),
     (HARD, "Friction share", Tyre, _SHARES),
-    (FAST, "Speed v_x", VehicleState, ("v_x",)),
+    (FAST, "Speed", VehicleState, ("v_x",)),
 )
 """A question, the name of a quantity that answers it, and the bus and its signals that show it."""
 
@@ -76,8 +76,9 @@ class Plot:
 
     @property
     def title(self) -> str:
-        """Quantity and unit of measurement."""
-        return titled(self.quantity, self.unit)
+        """Quantity, the signal if it is a single one, and unit of measurement."""
+        name = f" {self.signals[0].name}" if len(self.signals) == 1 else ""
+        return titled(f"{self.quantity}{name}", self.unit)
 
     def split(self, limits: Sequence[Limit]) -> list[Plot]:
         """One plot per signal, each with those of the `limits` that are its own."""
@@ -85,7 +86,7 @@ class Plot:
             return [self]
         return [
             Plot(
-                f"{self.quantity} {signal.name}",
+                self.quantity,
                 self.unit,
                 (signal,),
                 tuple(limit for limit in limits if limit.signal.path == signal.path),

@@ -42,10 +42,10 @@ def tables(columns: SignalColumns, signals: Sequence[Signal], derived: Mapping[s
 
 
 def _table(cells: Sequence[str]) -> str:
-    """Cells of a name and a value, two in a line."""
-    lines = [f"|{''.join(cells[i : i + 2])}" for i in range(0, len(cells), 2)]
-    return "\n".join(["|||||", "|-|-|-|-|", *lines])
+    """Cells of a name and a value, two in a line; the first line is the head, as an empty one would take its room."""
+    head, *lines = (f"|{''.join(cells[i : i + 2])}" for i in range(0, len(cells), 2))
+    return "\n".join([head, "|-|-|-|-|", *lines])
 
 
 def _text(value: float) -> str:
-    return f"{value:.3g}" if np.isfinite(value) else "-"
+    return f"{round(value, 3):.3g}" if np.isfinite(value) else "-"

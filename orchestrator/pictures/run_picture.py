@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +41,8 @@ from orchestrator.system.system import System
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
+_LOG_WIDTH = 32
+"""Characters of a line of the log that the viewer shows in a window of 1280 pixels."""
 MICROSECONDS = "\N{MICRO SIGN}s"
 
 
@@ -203,20 +206,31 @@ class RunPicture:
     def ending(self, about: Mapping[str, str]) -> LogLines:
         """The lines of the log that say how the run ended and what came of it, for its last row.
 
-        Args:
-            about: Its provenance; the entries `fault`, `verdicts` and `metrics` become lines.
-        """
-        said = [("ERROR", f"fault in {about['fault']}")] if "fault" in about else []
-        if "verdicts" in about:
-            said.append(("WARN" if NO in about["verdicts"] else "INFO", about["verdicts"]))
-        said += [("INFO", about["metrics"])] if "metrics" in about else []
-        texts, levels = [f"{self._prefix}{text}" for _, text in said], [level for level, _ in said]
-        return LogLines(entity=self.at("events"), texts=texts, levels=levels)
+        What is wrong stands first, because the viewer scrolls to the first line of the instant that it shows.
 
-    @property
-    def _prefix(self) -> str:
-        """The beginning of every line of the log, which names the run unless it is on its own."""
-        return f"{self.run}: " if self.run else ""
+        Args:
+            about: Its provenance; the entries `fault`, `verdicts`, `out of range` and `metrics` become lines.
+        """
+        verdicts, metrics, outside = (about.get(x, "").splitlines() for x in ("verdicts", "metrics", "out of range"))
+        said = [(f"fault in {about['fault']}", "ERROR")] if "fault" in about else []
+        said += [(text, "WARN") for text in [*(x for x in verdicts if NO in x), *outside]]
+        said += [(text, "INFO") for text in [*(x for x in verdicts if NO not in x), *metrics]]
+        return self._logged([events.Event(0, text, level) for text, level in said])
+
+    def _logged(self, happened: Sequence[events.Event]) -> LogLines:
+        """Events in the log, a long one in several lines, because the viewer cuts off what does not fit in one."""
+        prefix = f"{self.run}: " if self.run else ""
+        lines = [
+            (event, line)
+            for event in happened
+            for line in wrap(f"{prefix}{event.text}", _LOG_WIDTH, subsequent_indent="  ")
+        ]
+        return LogLines(
+            entity=self.at("events"),
+            rows=np.array([event.row for event, _ in lines], dtype=np.int64),
+            texts=[line for _, line in lines],
+            levels=[event.level for event, _ in lines],
+        )
 
     def at(self, root: str, *parts: str) -> str:
         """The path of an entity of this run, by its first part and the parts that follow the name of the run."""
@@ -269,10 +283,5 @@ class RunPicture:
             at = self.at("states", "manoeuvre")
             rows = self._memory.news(at, phase[:, None])
             yield States(entity=at, rows=rows, names=[events.PHASES[int(i)] for i in phase[rows]])
-        if lines := self._log.of(columns, near):
-            yield LogLines(
-                entity=self.at("events"),
-                rows=np.array([event.row for event in lines]),
-                texts=[f"{self._prefix}{event.text}" for event in lines],
-                levels=[event.level for event in lines],
-            )
+        if happened := self._log.of(columns, near):
+            yield self._logged(happened)

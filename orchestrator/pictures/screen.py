@@ -145,7 +145,7 @@ def _states_and_log(runs: Sequence[RunPicture]) -> list[View]:
 
 def _wall_time(runs: Sequence[RunPicture]) -> list[Series]:
     times = [run.at("performance", "step_time") for run in runs if run.timed]
-    return [Series(f"Wall time per step [{MICROSECONDS}]", times)] if times else []
+    return [Series(f"Wall time [{MICROSECONDS}] per step", times)] if times else []
 
 
 def _scenery(runs: Sequence[RunPicture]) -> View | None:
@@ -187,7 +187,7 @@ def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
     if path_errors := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
         views.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
     if gaps := [run.at("derived", "gap_obstacle") for run in runs if run.has_gap]:
-        views.setdefault(plots.FAST, []).append(Series("Gap to the nearest obstacle [m]", gaps))
+        views.setdefault(plots.FAST, []).append(Series("Gap [m] to the nearest obstacle", gaps))
     return {question: views[question] for question in plots.QUESTIONS if question in views}
 
 
@@ -208,7 +208,7 @@ def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differ
 
 
 _WHEN: Final = "When was what?"
-_SHARES: Final = {(_WHEN, 3): [0.8, 1.35, 0.85]}
+_SHARES: Final = {(_WHEN, 3): [1.0, 1.45, 0.95]}
 """Shares of the room of a column's views, by its title and their number; else they are equal."""
 
 
@@ -227,7 +227,8 @@ def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool 
     grouped: dict[str, list[tuple[RunPicture, Plot]]] = {}
     for run, own in plots:
         for plot in own:
-            grouped.setdefault(plot.title, []).append((run, plot))
+            title = titled(plot.quantity, plot.unit) if by_bus else plot.title
+            grouped.setdefault(title, []).append((run, plot))
     return [_series(same, by_bus=by_bus) for same in grouped.values()]
 
 
@@ -242,14 +243,13 @@ def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
         dict.fromkeys(name for run, plot in same for signal in plot.signals for name in run.series_names[signal.path])
     )
     run, plot = same[0]
-    whole, listed = _with_limits(plot.quantity, plot.unit, limits), ", ".join(names)
-    if len(names) == 1 and not by_bus:
-        return Series(whole, contents)
-    named, room = f"{plot.title}: {listed}", _QUARTER_TITLE
+    listed = ", ".join(names) if by_bus or len(names) > 1 else plot.signals[0].name
+    named, room = f"{titled(plot.quantity, plot.unit)}: {listed}", _QUARTER_TITLE
     if not by_bus:  # a small window cuts off the end, where the quantity tells least
         named, room = f"{_with_limits(listed, plot.unit, limits)}: {plot.quantity.lower()}", _FIFTH_TITLE
     if len(named) <= room:
         return Series(named, contents)
+    whole = _with_limits(plot.quantity, plot.unit, limits)
     return Series(whole, contents, legend=not run.run and len(names) <= _LONGEST_LEGEND)
 
 

@@ -62,7 +62,8 @@ def _columns(shape: s.Shape) -> Any:
         case s.States():
             columns = rr.StateChange.columns(state=shape.names)
         case s.LogLines():
-            columns = rr.TextLog.columns(text=shape.texts, level=shape.levels)
+            colours = [palette.LEVELS[level] for level in shape.levels]
+            columns = rr.TextLog.columns(text=shape.texts, level=shape.levels, color=colours)
         case s.Texts():
             columns = rr.TextDocument.columns(text=shape.texts)
         case s.Pose():

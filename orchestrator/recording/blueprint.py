@@ -116,7 +116,7 @@ def _panel(view: screens.Panel) -> rrb.View:
 def _log_columns() -> rrb.TextLogColumns:
     return rrb.TextLogColumns(
         timeline_columns=[TimelineColumn("sim_time")],
-        text_log_columns=[TextLogColumn(kind) for kind in ("LogLevel", "Body")],
+        text_log_columns=[TextLogColumn("Body")],
     )
 
 

@@ -32,6 +32,14 @@ class _Fault(BaseModel):
     reason: str
 
 
+class _Outside(BaseModel):
+    model_config = ConfigDict(extra="allow", strict=True)
+
+    time: float
+    value: float
+    declared: str
+
+
 _ENTRIES: Final[Mapping[str, Any]] = {
     "scenario": str,
     "title": str,
@@ -41,6 +49,7 @@ _ENTRIES: Final[Mapping[str, Any]] = {
     "fault": _Fault,
     "verdicts": dict[str, bool],
     "metrics": dict[str, float],
+    "out_of_range": dict[str, _Outside],
 }
 """What is read of a summary, with its types; infinite metrics are texts in the file."""
 _EVERY: Final = ("scenario", "title", "status", "units", "versions")

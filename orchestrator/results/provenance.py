@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any, Final
 
+from orchestrator.results.ranges import range_remarks
+
 _LIBRARIES: Final = ("casadi", "fmpy", "numpy", "pandas", "rerun-sdk")
 
 
@@ -68,11 +70,13 @@ SHOWN_METRICS: Final = {
 }
 """The metrics that a person is shown of a run, and their units of measurement."""
 _TOLD: Final = ("gap_obstacle", "gap_edge", "path_error_max", "mu_f_max", "mu_r_max")
-"""The metrics of the entry `metrics`, which is one line."""
+"""The metrics of the entry `metrics`."""
 
 
 def measured_facts(summary: Mapping[str, Any]) -> dict[str, str]:
-    """What came of a run: the entries `verdicts` and `metrics`, as far as there are any.
+    """What came of a run: the entries `verdicts`, `metrics` and `out of range`, as far as there are any.
+
+    Each verdict, metric and remark is a line, because the viewer's log cuts off long ones.
 
     Args:
         summary: The content of `summary.json`.
@@ -81,8 +85,9 @@ def measured_facts(summary: Mapping[str, Any]) -> dict[str, str]:
     verdicts = [f"{name.replace('_', ' ')}{': yes' if holds else NO}" for name, holds in held.items()]
     known: Mapping[str, float] = summary.get("metrics", {})
     metrics = [f"{name} {known[name]:.3g} {SHOWN_METRICS[name]}".rstrip() for name in _TOLD if name in known]
-    texts = {"verdicts": ", ".join(verdicts), "metrics": ", ".join(metrics)}
-    return {name: text for name, text in texts.items() if text}
+    outside = range_remarks(summary.get("out_of_range", {}))
+    told = {"verdicts": verdicts, "metrics": metrics, "out of range": outside}
+    return {name: "\n".join(lines) for name, lines in told.items() if lines}
 
 
 def fault_facts(fault: Mapping[str, Any]) -> dict[str, str]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from components.interfaces.problem import listed
-from orchestrator.system.system import System
+
+if TYPE_CHECKING:  # opening a recording needs the remarks only
+    from orchestrator.system.system import System
 
 _SLACK = 1e-9
 """How far outside a value may be, relative to its size: a rounding error."""

@@ -119,7 +119,9 @@ def _differences(name: str, columns: Sequence[str], first: RunRows, other: RunRo
 def _view(column: str, names: Sequence[str], picture: RunPicture) -> Series:
     units = {c: s.unit_of_measurement for s in picture.signals for c in s.columns}
     contents = [entity("difference", name, column) for name in names[1:]]
-    return Series(f"{column} [{units[column]}] less that of {names[0]}", contents)
+    # A small window cuts off the end of a title.
+    leaf = column.rpartition(".")[2]
+    return Series(f"Difference {leaf} [{units[column]}]: {column} less that of {names[0]}", contents)
 
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[RunRows]) -> list[str]:

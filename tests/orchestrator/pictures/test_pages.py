@@ -33,4 +33,4 @@ def test_runs_stand_side_by_side_with_the_parameters_that_differ():
 def test_texts_of_other_makers_stay_in_their_cell():
     system = prepare("idle", Options(mode="blocks")).system
     text = pages.page("a", {"title": "left | right\nand back"}, system)
-    assert text.startswith("# a\n\n| | |\n|---|---|\n| title | left \\| right and back |\n")
+    assert text.startswith("# a\n\n| | |\n|---|---|\n| title | left \\| right, and back |\n")

@@ -34,8 +34,8 @@ def test_questions_without_an_answer_are_not_asked():
     assert [(plot.title, len(plot.signals)) for plot in plots.by_bus(known)] == [
         ("rest.obstacles [1]", 2),
         ("rest.obstacles [m]", 4),
-        ("rest.obstacles [rad]", 1),
-        ("rest.obstacles [m/s]", 1),
+        ("rest.obstacles psi [rad]", 1),
+        ("rest.obstacles v [m/s]", 1),
     ]
 
 

@@ -126,7 +126,7 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
         "unit: count blue",
         "unit.box: gear blue",
         "unit.box [N.m]",
-        f"Wall time per step [{MICROSECONDS}]",
+        f"Wall time [{MICROSECONDS}] per step",
         "Modes and solver status",
     ]
     blueprint(made)
@@ -155,3 +155,26 @@ def test_the_gap_to_the_nearest_obstacle_is_that_of_the_metrics_where_somebody_i
     assert not holes[1:].all()
     assert frame["plant.state.x"][gap.rows][~holes].min() > 49.5 - drawing.NEAR - 1
     assert len(holes) < len(frame)
+
+
+def test_how_a_run_ended_is_told_line_by_line_what_is_wrong_first(system):
+    about = {
+        "verdicts": "task done: yes\ninside road: no",
+        "metrics": "gap_edge -0.1 m\nmu_f_max 0.6",
+        "out of range": "`plant.x` is 7 at t = 1 s, outside of what its unit declares (finite number <= 5)",
+    }
+    lines = RunPicture(system, None).ending(about)
+    assert list(zip(lines.levels, lines.texts, strict=True)) == [
+        ("WARN", "inside road: no"),
+        ("WARN", "`plant.x` is 7 at t = 1 s,"),
+        ("WARN", "  outside of what its unit"),
+        ("WARN", "  declares (finite number <= 5)"),
+        ("INFO", "task done: yes"),
+        ("INFO", "gap_edge -0.1 m"),
+        ("INFO", "mu_f_max 0.6"),
+    ]
+    assert RunPicture(system, None).ending({}).texts == []
+
+
+def test_in_a_comparison_every_line_of_the_log_names_its_run(system):
+    assert RunPicture(system, None, "b", 1).ending({"verdicts": "inside road: no"}).texts == ["b: inside road: no"]

@@ -29,16 +29,16 @@ def test_a_run_is_answered_question_by_question():
         "Bird's eye view: x to the right, y up",
         "Following view",
         "Friction circles, limit = 1",
-        "Steering delta_f [rad] ±0.7854",
-        "Torque T_r [N.m] -160 to 200",
-        "Place across the road y [m]",
-        "Yaw rate r [rad/s]",
+        "delta_f [rad] ±0.7854: steering",
+        "T_r [N.m] -160 to 200: torque",
+        "y [m]: place across the road",
+        "r [rad/s]: yaw rate",
         "a_x blue, a_y orange [m/s2]: acceleration",
         "mu_f violet, mu_r cyan ≤ 1: friction share",
         "Path error [m], left positive",
-        "Speed v_x [m/s], v_ref 10",
-        "Gap to the nearest obstacle [m]",
-        f"Wall time per step [{MICROSECONDS}]",
+        "v_x [m/s], v_ref 10: speed",
+        "Gap [m] to the nearest obstacle",
+        f"Wall time [{MICROSECONDS}] per step",
         "Modes and solver status",
         "Values at the time cursor",
         "Events",
@@ -61,13 +61,13 @@ def test_without_the_vehicles_place_the_eye_stays_over_the_road(unit):
 
 def test_limits_are_drawn_with_what_they_limit():
     run = screen.screen([RunPicture(STATIC.system, STATIC.scene)]).parts[0]
-    torque = next(view for view in _views(run) if view.title.startswith("Torque T_r [N.m]"))
+    torque = next(view for view in _views(run) if view.title.startswith("T_r [N.m]"))
     assert set(torque.contents) == {
         "/signals/controller/actuation/T_r",
         "/limits/controller/actuation/T_r/upper",
         "/limits/controller/actuation/T_r/lower",
     }
-    speed = next(view for view in _views(run) if "Speed" in view.title)
+    speed = next(view for view in _views(run) if "speed" in view.title)
     assert "/limits/plant/state/v_x/upper" in speed.contents
     friction = next(view for view in _views(run) if "share" in view.title)
     assert [part for part in friction.contents if part.startswith("/limits")] == ["/limits/plant/tyre/mu_f/upper"]
@@ -78,10 +78,10 @@ def test_several_runs_share_their_views_one_signal_each():
     extra = screen.Series("difference", ["/difference/b/x"])
     made = screen.screen(runs, [extra]).parts[0]
     assert made.title == "Runs: a blue, b orange"
-    assert "Acceleration a_y [m/s2]" in _titles(made)
+    assert "a_y [m/s2]: acceleration" in _titles(made)
     assert extra in _views(made)
     assert not any("Wall time" in title for title in _titles(made))
-    yaw = next(view for view in _views(made) if "Yaw rate" in view.title)
+    yaw = next(view for view in _views(made) if "yaw rate" in view.title)
     assert yaw.contents == ["/signals/a/plant/state/r", "/signals/b/plant/state/r"]
     assert not any(view.legend for view in _views(made) if isinstance(view, screen.Series)), "the title says it"
     birds_eye = _views(made)[0]
@@ -109,12 +109,12 @@ def test_what_is_not_recorded_has_no_view():
         "Bird's eye view: x to the right, y up",
         "Following view",
         "Friction circles, limit = 1",
-        "Place across the road y [m]",
-        "Yaw rate r [rad/s]",
+        "y [m]: place across the road",
+        "r [rad/s]: yaw rate",
         "a_x blue, a_y orange [m/s2]: acceleration",
         "mu_f violet, mu_r cyan ≤ 1: friction share",
-        "Speed v_x [m/s], v_ref 10",
-        f"Wall time per step [{MICROSECONDS}]",
+        "v_x [m/s], v_ref 10: speed",
+        f"Wall time [{MICROSECONDS}] per step",
         "Values at the time cursor",
         "Events",
     ]
@@ -143,10 +143,10 @@ def test_a_run_that_records_little_has_a_screen():
     assert _titles(run) == [
         "Bird's eye view: x to the right, y up",
         "Following view",
-        f"Wall time per step [{MICROSECONDS}]",
+        f"Wall time [{MICROSECONDS}] per step",
     ]
     signals, about = _recorded(("controller.solver.iterations",)).parts
-    assert _titles(signals) == ["controller.solver [1]: iterations blue", f"Wall time per step [{MICROSECONDS}]"]
+    assert _titles(signals) == ["controller.solver [1]: iterations blue", f"Wall time [{MICROSECONDS}] per step"]
     (about,) = _recorded().parts
     assert about.title == "About this run"
 
@@ -157,8 +157,8 @@ def test_limits_that_differ_between_runs_are_all_told():
         RunPicture(made.system, made.scene, name, i) for i, (name, made) in enumerate([("a", STATIC), ("b", weaker)])
     ]
     titles = _titles(screen.screen(runs).parts[0])
-    assert "Torque T_r [N.m], limits -160, 150, 200" in titles
-    assert "Speed v_x [m/s], v_ref 10 and 8" in titles
+    assert "T_r [N.m], limits -160, 150, 200: torque" in titles
+    assert "v_x [m/s], v_ref 10 and 8: speed" in titles
 
 
 def test_a_legend_stands_only_where_a_title_cannot_name_the_series():

@@ -47,3 +47,14 @@ def test_the_versions_are_those_of_the_libraries_that_a_result_depends_on(monkey
 
     monkeypatch.setattr(metadata, "version", missing)
     assert provenance.own_version() == "0 (not installed)"
+
+
+def test_what_came_of_a_run_is_a_line_each():
+    outside = {"plant.x": {"time": 1.0, "value": 7.0, "declared": "finite number <= 5"}}
+    metrics = {"gap_edge": 0.175, "mu_f_max": 0.611}
+    assert provenance.measured_facts({**SUMMARY, "metrics": metrics, "out_of_range": outside}) == {
+        "verdicts": "no contact: yes\ninside road: no",
+        "metrics": "gap_edge 0.175 m\nmu_f_max 0.611",
+        "out of range": "`plant.x` is 7 at t = 1 s, outside of what its unit declares (finite number <= 5)",
+    }
+    assert provenance.measured_facts({}) == {}
