@@ -21,12 +21,8 @@ def test_each_row_has_a_table_of_its_values_with_units():
     assert len(texts) == 4
     lines = texts[3].splitlines()
     assert lines[1] == "|-|-|-|-|"
-    cells = dict(
-        pair
-        for line in [lines[0], *lines[2:]]
-        for pair in [line.split("|")[1:3], line.split("|")[3:5]]
-        if len(pair) == 2
-    )
+    rows = [line.split("|") for line in (lines[0], *lines[2:])]
+    cells = dict(pair for row in rows for pair in (row[1:3], row[3:5]) if len(pair) == 2)
     assert cells["t"] == "0.30 s"
     assert cells["gap"] == "2 m"
     assert cells["mu_r"].strip() == f"{round(frame['plant.tyre.mu_r'].iloc[3], 3):.3g}"
