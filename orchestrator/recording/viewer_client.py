@@ -13,8 +13,12 @@ from typing import Any, Final
 
 from rerun.experimental import ViewerClient
 
+from components.interfaces.problem import Problem, raise_if_any
+
 _ANSWERS_WITHIN: Final = 900.0
 """[s] The time within which a viewer that lives must answer, and load a recording, on a machine that is busy."""
+_NEAR: Final = 1e-6
+"""[s] How far outside of a recording a time may be: a rounding error."""
 _EMPTY_AFTER: Final = 300
 """The answers of a viewer that loads nothing and shows nothing, after which there is nothing to show."""
 _HAS_ROWS_WITHIN: Final = 5.0
@@ -48,12 +52,14 @@ def screenshots(  # noqa: PLR0913 - what a picture is taken of, and how
     Raises:
         ConnectionError: The viewer does not answer.
         ValueError: The viewer finds nothing to show, or no such tab.
+        RequestError: There are times outside of the recording.
     """
     try:
         viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN, lives)
         _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN, lives)
         if not _loads(viewer, lives):
             raise ValueError("nothing that the viewer can show")
+        _refuse_outside(viewer, times)
         if tab is not None:
             _open_tab(viewer, tab)
         clock.sleep(settle)
@@ -90,6 +96,16 @@ def _loads(viewer: ViewerClient, lives: Callable[[], bool]) -> bool:
         answers += not state.loading
         clock.sleep(0.1)
     return False
+
+
+def _refuse_outside(viewer: ViewerClient, times: Sequence[float | None]) -> None:
+    """Refuse times outside of the recording, where the viewer would show its end as if that was the time."""
+    timelines = [line for recording in viewer.get_state().recordings for line in recording.timelines]
+    for whole in (line for line in timelines if line.name == "sim_time"):
+        first, last = whole.start * 1e-9, whole.end * 1e-9
+        valid, remedy = f"{first:g} to {last:g} s", f"The last row is at {last:g} s."
+        outside = [t for t in times if t is not None and not first - _NEAR <= t <= last + _NEAR]
+        raise_if_any(Problem("--at", f"{time:g} s, when nothing was recorded", valid, remedy) for time in outside)
 
 
 def _open_tab(viewer: ViewerClient, beginning: str) -> None:

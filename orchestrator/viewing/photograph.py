@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import RequestError, refuse
 from fmus.toolchain.scratch import scratch_folder
 from orchestrator.viewing.rerun_program import address, free_port, serve
 
@@ -63,7 +63,7 @@ def photograph(
         The content of one PNG file for each of the `times`.
 
     Raises:
-        RequestError: There is no viewer or no graphics driver, or the recording has nothing to show.
+        RequestError: There is no viewer or no graphics driver, or the recording has nothing to show, or not at a time.
     """
     from orchestrator.recording.viewer_client import screenshots  # noqa: PLC0415 - Rerun is slow to import
 
@@ -71,6 +71,8 @@ def photograph(
     try:
         with headless_viewer(look.size) as (url, lives):
             return list(screenshots(url, recording, times, settle, lives, look.tab))
+    except RequestError:
+        raise
     except ValueError as error:
         raise refuse(recording.name, str(error), "a recording of a run", "" if look.tab else "Run it again.") from error
     except ConnectionError as error:

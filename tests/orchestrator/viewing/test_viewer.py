@@ -355,6 +355,15 @@ def test_a_picture_has_the_size_and_the_tab_that_are_asked_for(static, graphics,
         photograph(static / "recording.rrd", [3.0], look=photograph_module.Look(tab="zzz"))
 
 
+@pytest.mark.viewer
+def test_a_time_at_which_nothing_was_recorded_has_no_picture(static, graphics):
+    with pytest.raises(RequestError) as raised:
+        photograph(static / "recording.rrd", [1.0, 99.0, -2.0])
+    last = kept.find(static).scenario.until
+    told = f"s, when nothing was recorded; valid: 0 to {last:g} s. The last row is at {last:g} s."
+    assert str(raised.value).splitlines() == [f"--at: found 99 {told}", f"--at: found -2 {told}"]
+
+
 @pytest.mark.parametrize("size", ["5x5", "1280", "1280x", "axb", "12800x900"])
 def test_a_size_of_another_form_is_refused(size):
     with pytest.raises(RequestError, match=f"--size {size}: found text of another form; valid: WIDTHxHEIGHT"):
