@@ -1,21 +1,23 @@
-"""Arguments of another type than their annotation, told in the words of every wrong request."""
+"""Arguments of another type than their annotation or of an unknown name, in the words of every wrong request."""
 
 from __future__ import annotations
 
 import collections.abc
+import dataclasses
 import inspect
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from enum import Enum
 from functools import cache, wraps
 from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, ParamSpec, TypeVar, Union, cast, get_args, get_origin
 
-from components.interfaces.problem import Problem, raise_if_any
+from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
+_C = TypeVar("_C")
 _SHOWN = 60
 """The most characters of a value that a message shows."""
 
@@ -23,18 +25,79 @@ _SHOWN = 60
 def checked_arguments(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Decorate a function or an `__init__` so that arguments of another type than annotated raise `RequestError`.
 
-    Numbers of NumPy count as numbers; what is too few or too many remains Python's own `TypeError`.
+    So do unknown names. Numbers of NumPy count as numbers; what is too few or too many remains Python's own
+    `TypeError`.
     """
     signature = inspect.signature(function)
     where = function.__qualname__.removesuffix(".__init__")
 
     @wraps(function)
     def checked(*args: _P.args, **kwargs: _P.kwargs) -> _R:
-        given = signature.bind(*args, **kwargs).arguments
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            known = [name for name in signature.parameters if name != "self"]
+            raise (_of_unknown_names(f"{where}: ", "argument", kwargs, known) or error) from None
         raise_if_any(_problems(where, given, _hints(function)))
         return function(*args, **kwargs)
 
     return checked
+
+
+def names_told(cls: type[_C]) -> type[_C]:
+    """Decorate a dataclass so that it tells unknown and missing names of its fields as every wrong request is told.
+
+    What Python says of them names neither the names that are known nor the closest one. A call that is right costs
+    no more than another call.
+
+    Args:
+        cls: The class; its `name` is what messages call it, if it has one.
+    """
+    initialise: Callable[..., None] = cls.__init__
+
+    @wraps(initialise)
+    def told(self: Any, *args: Any, **values: Any) -> None:
+        try:
+            initialise(self, *args, **values)
+        except TypeError as error:
+            raise (_of_fields(type(self), values, by_place=bool(args)) or error) from None
+
+    cls.__init__ = told
+    return cls
+
+
+def _of_fields(cls: Any, values: Mapping[str, Any], *, by_place: bool) -> RequestError | None:
+    """What is wrong with the names of the values of a dataclass; None if nothing is.
+
+    Args:
+        cls: The class.
+        values: The values that are given by name.
+        by_place: Whether others are given by their place, so that nobody knows here which are missing.
+    """
+    fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
+    called = cast("object", vars(cls).get("name"))
+    where = f"{called if isinstance(called, str) else cls.__name__}."
+    unknown = _of_unknown_names(where, "field", values, fields)
+    without = [name for name, field in fields.items() if field.default is field.default_factory]  # both are MISSING
+    missing = [Problem(f"{where}{name}", "no value", _valid(fields[name])) for name in without if name not in values]
+    problems = [*(unknown.problems if unknown else ()), *(() if by_place else missing)]
+    return RequestError(problems) if problems else None
+
+
+def _valid(field: dataclasses.Field[Any]) -> str:
+    """The valid values of a field, as far as it says so."""
+    declared = field.metadata.get("quantity")
+    return "a value" if declared is None else declared.range
+
+
+def _of_unknown_names(where: str, what: str, given: Mapping[str, Any], known: Collection[str]) -> RequestError | None:
+    """The names that were given and are not known; None if there are none."""
+    problems = [
+        Problem(f"{where}{name}", f"an unknown {what}", choices(known), did_you_mean(name, known))
+        for name in given
+        if name not in known
+    ]
+    return RequestError(problems) if problems else None
 
 
 def check_fields(instance: object) -> None:

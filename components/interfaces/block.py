@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform, get_arg
 
 import numpy as np
 
+from components.interfaces.arguments import names_told
 from components.interfaces.maths import is_symbolic
 from components.interfaces.problem import raise_if_any, refuse
 from components.interfaces.quantity import Quantity, boolean, enumeration, integer, quantity
@@ -36,7 +37,8 @@ class Block(ABC, Generic[U, X, Y]):
     inputs held. Both are pure, and are written for numbers and symbols alike.
 
     Raises:
-        RequestError: At construction, with every value that does not fit its quantity.
+        RequestError: At construction, with every name of a parameter that is unknown or missing, or else with every
+            value that does not fit its quantity.
     """
 
     name: ClassVar[str]
@@ -175,7 +177,7 @@ def block(socket: Socket) -> Callable[[B], B]:
     """
 
     def declare(cls: B) -> B:
-        decorated: Any = dataclass(frozen=True, kw_only=True, eq=False)(cls)
+        decorated: Any = names_told(dataclass(frozen=True, kw_only=True, eq=False)(cls))
         decorated.name = vars(cls).get("name") or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
         decorated.summary = (cls.__doc__ or "").strip().split("\n")[0].rstrip(".")
         decorated.socket = socket

@@ -11,6 +11,7 @@ from typing import Any, TypeVar, dataclass_transform, get_type_hints
 
 import numpy as np
 
+from components.interfaces.arguments import names_told
 from components.interfaces.maths import Array, is_symbolic, joined
 from components.interfaces.problem import Problem, refuse
 from components.interfaces.quantity import Quantity, boolean, enumeration, integer, quantity
@@ -56,7 +57,7 @@ def record(cls: type[R]) -> type[R]:
     Raises:
         RequestError: A field is neither.
     """
-    decorated = dataclass(frozen=True, kw_only=True, eq=False)(cls)
+    decorated = names_told(dataclass(frozen=True, kw_only=True, eq=False)(cls))
     for name, kind in _fields(decorated):
         if kind is None:
             raise refuse(

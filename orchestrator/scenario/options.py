@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
 
-from components.interfaces.arguments import check_fields
+from components.interfaces.arguments import check_fields, names_told
 from components.interfaces.problem import refuse
 from fmus.toolchain.version import Version
 
@@ -15,6 +15,7 @@ Mode = Literal["blocks"] | Version
 """How blocks run: in this process, or as FMUs of a version."""
 
 
+@names_told
 @dataclass(frozen=True)
 class Options:
     """The changes that a person makes to a scenario for one run."""

@@ -11,7 +11,7 @@ from typing import Any, Final, Self, final
 
 from typing_extensions import override
 
-from components.interfaces.arguments import check_fields, checked_arguments
+from components.interfaces.arguments import check_fields, checked_arguments, names_told
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 from components.interfaces.progress import Progress
@@ -71,6 +71,7 @@ class InProcess(UnitSource):
 
 
 @final
+@names_told
 @dataclass(frozen=True)
 class Fmu(UnitSource):
     """An FMU file, with the parameter values that differ from its own start values.

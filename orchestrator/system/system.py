@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
-from components.interfaces.arguments import check_fields
+from components.interfaces.arguments import check_fields, names_told
 from components.interfaces.conversion import IDENTITY, Linear, Lookup, Transformation, type_fits, unit_conversion
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from components.interfaces.quantity import Quantity, Type
@@ -27,6 +27,7 @@ from orchestrator.system.unit_problems import (
 )
 
 
+@names_told
 @dataclass(frozen=True)
 class System:
     """Units, what drives each of their inputs, and the sockets that they fill.

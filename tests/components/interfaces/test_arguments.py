@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from components.interfaces.arguments import check_fields, checked_arguments, in_words
+from components.interfaces.arguments import check_fields, checked_arguments, in_words, names_told
 from components.interfaces.problem import RequestError
 
 
@@ -38,6 +38,7 @@ def asked(
     return number, text, texts, table, things, colour, anything
 
 
+@names_told
 @dataclass(frozen=True)
 class Options:
     texts: Sequence[str] = ()
@@ -90,9 +91,36 @@ def test_what_fits_is_handed_on_as_it_is():
     assert Options(["a"]).texts == ["a"]
 
 
+def test_an_unknown_name_is_told_with_the_one_that_may_be_meant():
+    with pytest.raises(RequestError, match=r"^asked: nubmer: found an unknown argument; valid: .*`number`\?$"):
+        asked(1.0, nubmer=1)
+
+
+def test_a_field_of_an_unknown_name_is_told_beside_one_that_is_given_by_its_place():
+    with pytest.raises(
+        RequestError, match=r"^Options\.thing: found an unknown field; valid: .* Did you mean `things`\?$"
+    ):
+        Options((), thing={})
+
+
 def test_too_many_arguments_remain_an_error_of_python():
     with pytest.raises(TypeError):
-        asked(nonsense=1)
+        asked(*range(99))
+
+
+def test_a_type_error_inside_of_a_dataclass_remains_one():
+    @dataclass
+    class Failing:
+        value: int
+
+        def __post_init__(self) -> None:
+            len(self.value)
+
+    names_told(Failing)
+    with pytest.raises(TypeError, match="has no len"):
+        Failing(value=1)
+    with pytest.raises(RequestError, match=r"^Failing\.value: found no value; valid: a value$"):
+        Failing()
 
 
 def test_types_in_words():

@@ -182,11 +182,13 @@ class Gain(Sampled[ControllerInputs, NoState, ControllerOutputs]):
         return x, ControllerOutputs(actuation=Actuation(delta_f=self.k * u.ego.y, T_r=self.taps[0]))
 
 
-def test_a_parameter_that_is_missing_or_unknown_is_a_type_error_of_the_call():
-    with pytest.raises(TypeError, match=r"missing 1 required keyword-only argument: 'taps'"):
-        Gain(k=1.0)
-    with pytest.raises(TypeError, match=r"unexpected keyword argument 'K'"):
-        Gain(k=1.0, taps=np.zeros(2), K=1.0)
+def test_parameters_that_are_missing_or_unknown_are_told_at_once():
+    with pytest.raises(RequestError) as caught:
+        Gain(tabs=np.zeros(2), k=1.0)
+    assert str(caught.value).splitlines() == [
+        "gain.tabs: found an unknown field; valid: k, taps. Did you mean `taps`?",
+        "gain.taps: found no value; valid: finite number [s]",
+    ]
 
 
 @pytest.mark.parametrize(
