@@ -75,7 +75,7 @@ def _of_fields(cls: Any, values: Mapping[str, Any], *, by_place: bool) -> Reques
         by_place: Whether others are given by their place, so that nobody knows here which are missing.
     """
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
-    called = cast("object", vars(cls).get("name"))
+    called = getattr(cls, "name", None)
     where = f"{called if isinstance(called, str) else cls.__name__}."
     unknown = _of_unknown_names(where, "field", values, fields)
     without = [name for name, field in fields.items() if field.default is field.default_factory]  # both are MISSING

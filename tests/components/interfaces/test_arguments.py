@@ -97,9 +97,7 @@ def test_an_unknown_name_is_told_with_the_one_that_may_be_meant():
 
 
 def test_a_field_of_an_unknown_name_is_told_beside_one_that_is_given_by_its_place():
-    with pytest.raises(
-        RequestError, match=r"^Options\.thing: found an unknown field; valid: .* Did you mean `things`\?$"
-    ):
+    with pytest.raises(RequestError, match=r"^Options\.thing: found an unknown field; valid: .*`things`\?$"):
         Options((), thing={})
 
 
