@@ -25,6 +25,10 @@ def check(  # noqa: PLR0913 - each is an option of the command
     static: Annotated[  # noqa: FBT002
         bool, typer.Option("--static", help="Only read an FMU; without it, an FMU also makes its first step.")
     ] = False,
+    lenient: Annotated[  # noqa: FBT002
+        bool,
+        typer.Option("--lenient", help="Tell broken rules that `run --lenient` overlooks as notes."),
+    ] = False,
     passport: Annotated[  # noqa: FBT002
         bool,
         typer.Option("--passport", help="Measure an FMU: FILE.passport.html and FILE.passport.json are written."),
@@ -40,11 +44,11 @@ def check(  # noqa: PLR0913 - each is an option of the command
     With `--socket` a mapping template is written too, if one is of use; a file that is there is never overwritten.
     With `--passport` an FMU is run, in processes of its own, and everything about it is measured on one page.
     Exit code 0: all well, and it fits the socket that was named, perhaps by conversions that are listed; 1: it breaks
-    rules, cannot be used, does not fit the socket, or a line of its passport fails (with `--against`: one that did not
-    fail before); 2: the request was wrong.
+    rules (and there is no `--lenient`), cannot be used, does not fit the socket, or a line of its passport fails (with
+    `--against`: one that did not fail before); 2: the request was wrong.
     """
     if passport:
-        _passport(file, target, against, {"--socket": socket is not None, "--static": static})
+        _passport(file, target, against, {"--socket": socket is not None, "--static": static, "--lenient": lenient})
         return
     if against is not None:
         raise refuse("--against", "a passport to compare with, but none to compare", "--passport --against FILE.json")
@@ -52,7 +56,7 @@ def check(  # noqa: PLR0913 - each is an option of the command
 
     with working() as progress:
         progress.now(f"reading {file}")
-        result = checking.check(file, socket, target, static=static, progress=progress)
+        result = checking.check(file, socket, target, static=static, lenient=lenient, progress=progress)
     for line in result.lines:
         out.print(line)
     print_problems(result.problems)

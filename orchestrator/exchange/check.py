@@ -41,12 +41,13 @@ class Checked:
     problems: tuple[Problem, ...] = ()
 
 
-def check(
+def check(  # noqa: PLR0913 - each is an option of the command
     path: Path,
     socket: str | None = None,
     out: Path | None = None,
     *,
     static: bool = False,
+    lenient: bool = False,
     progress: Progress = SILENT,
 ) -> Checked:
     """Check an FMU, an SSP, a mapping or a Modelica file, or describe a block; write a template of a mapping if of use.
@@ -55,6 +56,7 @@ def check(
         path: The file, `FILE.mo:MODEL`, or the name of a block.
         socket: The socket that an FMU is meant for; the fit to every socket is described if not given.
         static: Whether an FMU is only read, and not tried.
+        lenient: Whether rules may be broken that do not keep the file from running; notes say which.
         out: Where the template goes; to NAME.SOCKET.toml in the working folder if not given, unless that file exists.
         progress: Is told before a Modelica model is built, and before sources of an FMU are compiled.
 
@@ -76,7 +78,7 @@ def check(
                 lines, fills = filling
                 return Checked((*lines, *_to_run([_typed("run", "static", f"--{fills}", path)])), good=True)
             if path.suffix == ".ssp":
-                return _ssp(path)
+                return _ssp(path, lenient=lenient)
             mapping = read_mapping(path, socket) if path.suffix == ".toml" else None
             where = path if mapping is None else mapping.fmu
             if where is None:
@@ -84,7 +86,7 @@ def check(
             fmu = RequestedFmus(progress=progress).fmu(str(where))
             archive, broken = opened(fmu)
             tried = None if static else try_first_step(fmu, progress, lenient=bool(broken))
-            return _fmu(path, _Found(where, archive, broken, tried), mapping, socket, out)
+            return _fmu(path, _Found(where, archive, broken, tried, lenient), mapping, socket, out)
     except RequestError as error:
         return Checked((f"{path}: cannot be used",), good=False, problems=error.problems)
 
@@ -103,11 +105,12 @@ def _refuse_wrong(path: Path, socket: str | None, out: Path | None) -> None:
         raise refuse(str(out), "a file", "a new file", "Choose another name, or remove it.")
 
 
-def _ssp(path: Path) -> Checked:
+def _ssp(path: Path, *, lenient: bool) -> Checked:
     """Describe the system in an SSP file."""
+    from orchestrator.scenario.options import Options  # noqa: PLC0415 - as the reader
     from orchestrator.ssp import reader as ssp_reader  # noqa: PLC0415 - slow to import
 
-    scenario = ssp_reader.read(path)
+    scenario = ssp_reader.read(path, options=Options(lenient=lenient))
     system = scenario.system
     lines = [f"{path.name}: {scenario.title or scenario.name}", f"{scenario.h:g} s steps to {scenario.until:g} s", ""]
     lines += ["units"]
@@ -122,7 +125,7 @@ def _ssp(path: Path) -> Checked:
         schedule(system, scenario.algorithm, solve_loops=scenario.solve_loops)
     except RequestError as error:
         return Checked(tuple(lines), good=False, problems=error.problems)
-    return Checked((*lines, *_to_run([_typed("run", path)])), good=True)
+    return Checked((*lines, *_to_run([_typed("run", path, *["--lenient"] * lenient)])), good=True)
 
 
 @dataclass(frozen=True)
@@ -134,12 +137,18 @@ class _Found:
     archive: Archive
     broken: tuple[Problem, ...]
     tried: Trial | None
+    lenient: bool
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """What is wrong with it, without what may be broken."""
+        return (*(() if self.lenient else self.broken), *(self.tried.problems if self.tried else ()))
 
 
 def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | None, out: Path | None) -> Checked:
     """Describe an FMU, and how it fits a socket by itself or with its mapping file."""
     where, archive, broken, tried = found.where, found.archive, found.broken, found.tried
-    problems = (*broken, *(tried.problems if tried else ()))
+    problems, leniently = found.problems, ["--lenient"] * bool(broken)  # as `run` needs it
     theirs = archive.interface
     lines = [*described(where.name, archive), *rule_breaches(archive, broken)]
     if tried is not None:
@@ -149,7 +158,7 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
     if socket_name is None:
         fittings = {name: fit(name, SOCKETS[name], theirs, str(where), mapping) for name in SOCKETS}
         lines += _sockets(path, fittings)
-        lines += _next(path, archive, fittings, lenient=bool(broken)) if not tried or not tried.problems else []
+        lines += _next(path, archive, fittings, leniently) if not tried or not tried.problems else []
         return Checked(tuple(lines), good=not problems, problems=problems)
     fitting = fit(socket_name, SOCKETS[socket_name], theirs, str(where), mapping)
     lines += [f"socket {socket_name}: {fit_in_words(fitting)}", *_rows(fitting)]
@@ -163,7 +172,7 @@ def _fmu(path: Path, found: _Found, mapping: MappingFile | None, socket: str | N
                 raise
             lines += [f"not written, the mapping: {problem}" for problem in error.problems]
     problems += tuple(fitting.problems)
-    lines += [] if problems else _to_run([_typed("run", "static", f"--{socket_name}", path)])
+    lines += [] if problems else _to_run([_typed("run", "static", f"--{socket_name}", path, *leniently)])
     return Checked(tuple(lines), good=not problems, problems=problems)
 
 
@@ -178,13 +187,12 @@ def _sockets(path: Path, fittings: Mapping[str, Fitting]) -> list[str]:
     return lines
 
 
-def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], *, lenient: bool) -> list[str]:
+def _next(path: Path, archive: Archive, fittings: Mapping[str, Fitting], leniently: Sequence[str]) -> list[str]:
     """The commands that run an FMU: by itself, and in the sockets that it fits."""
     stop = ["--stop-time", "10"] if archive.suggested.stop is None else []
-    leniently = ["--lenient"] if lenient else []
     fitting = [name for name, found in fittings.items() if not found.problems]
     alone = [] if is_modelica(str(path)) else [_typed("run", path, *stop, *leniently)]
-    return _to_run([*alone, *(_typed("run", "static", f"--{n}", path) for n in fitting)])
+    return _to_run([*alone, *(_typed("run", "static", f"--{n}", path, *leniently) for n in fitting)])
 
 
 def _typed(*words: object) -> str:

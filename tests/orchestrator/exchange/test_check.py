@@ -165,6 +165,31 @@ def test_an_fmu_that_breaks_rules_is_code_1_and_still_described(theirs, macroste
     assert "`knots`" in err
 
 
+def test_leniently_broken_rules_are_notes_and_the_commands_say_so_too(theirs, macrostep):
+    text = entries(theirs)["modelDescription.xml"].replace(b'unit="km/h"', b'unit="knots"')
+    copied(theirs, theirs.with_name("odd.fmu"), {"modelDescription.xml": text})
+    code, out, err = macrostep("check", "odd.fmu", "--lenient")
+    assert (code, err) == (0, "")
+    assert "breaks rules of FMI, and runs with --lenient only\n  note: modelDescription.xml" in out
+    assert "`knots`" in out
+    assert "  macrostep run odd.fmu --stop-time 10 --lenient\n" in out
+    code, _, err = macrostep("check", "odd.fmu", "--lenient", "--passport")
+    assert (code, "--passport: found --lenient beside it; valid: --out, --against." in err) == (2, True)
+
+
+def test_leniently_an_ssp_is_run_leniently(in_tmp_path, macrostep):
+    plain = ssps.echo(in_tmp_path / "plain.fmu", [("u", "Real", "0", {})])
+    whole = ssps.body(ssps.component("a", "plain.fmu", ssps.connectors("u:input")))
+    ssps.write(
+        in_tmp_path / "odd.ssp", whole.replace(' kind="', ' colour="red" kind="', 1), {"resources/plain.fmu": plain}
+    )
+    assert macrostep("check", "odd.ssp")[0] == 1
+    code, out, err = macrostep("check", "odd.ssp", "--lenient")
+    assert (code, err) == (0, "")
+    assert "note: " in out
+    assert "  macrostep run odd.ssp --lenient\n" in out
+
+
 def test_a_library_is_tried_and_may_die_of_it(in_tmp_path, macrostep):
     text = description2([scalar("y", 1, "output")], ['<Unknown index="1"/>'])
     dies = library(in_tmp_path, Version.FMI2, "int fmi2Instantiate() { return *(volatile int *)8; }")
