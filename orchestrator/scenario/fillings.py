@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 
 from components.interfaces.block import Block
-from components.interfaces.conversion import unit_conversion
 from components.interfaces.problem import Problem, refuse
-from components.interfaces.quantity import Quantity
 from components.interfaces.sockets import SOCKETS, standard_wiring
 from fmus.modelica.build_modelica import file_of, is_modelica
 from fmus.reading.archive import interface_type_named
@@ -29,7 +27,7 @@ from orchestrator.system.contents import is_file
 from orchestrator.system.files import Given
 from orchestrator.system.named_variables import own_values
 from orchestrator.system.source import UnitSource
-from orchestrator.system.value_texts import typed
+from orchestrator.system.value_texts import in_unit_of
 
 
 @dataclass(frozen=True)
@@ -205,7 +203,7 @@ def in_units_of(given: Mapping[str, Given], theirs: Interface) -> tuple[dict[str
     misfits: dict[str, str] = {}
     for name in (name for name in given if name in declared):
         q = declared[name]
-        value = _converted(given[name], q)
+        value = in_unit_of(given[name], q)
         value = value and _lengthened(value, theirs.starts.get(name))
         if value is None or q.problems(name, value.value):
             misfits[name] = f"{given[name].value} [{given[name].unit}] against {q.range}"
@@ -220,16 +218,3 @@ def _lengthened(value: Given, start: Any) -> Given:
         whole = [*items, *start.tolist()[len(items) :]]  # type: ignore[unknown]
         return value.model_copy(update={"value": whole})
     return value
-
-
-def _converted(value: Given, q: Quantity) -> Given | None:
-    """The value in the unit of measurement of `q`; `None` where it measures another quantity."""
-    if value.unit == q.unit or not (q.unit and q.type.is_float):
-        return value.model_copy(update={"unit": q.unit, "value": typed(value.value, q)})
-    relation = unit_conversion(Quantity(value.unit, ""), q)
-    given: Any = value.value
-    items: list[Any] = given if isinstance(given, list) else [given]  # type: ignore[unknown]
-    if relation is None or any(isinstance(i, bool) or not isinstance(i, int | float) for i in items):
-        return None
-    numbers = [float(relation(item)) for item in items]
-    return value.model_copy(update={"unit": q.unit, "value": numbers if items is given else numbers[0]})

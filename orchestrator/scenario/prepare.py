@@ -12,6 +12,7 @@ from typing import Any
 from components.interfaces.block import Block
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
+from components.interfaces.quantity import Quantity
 from components.interfaces.record import variables
 from components.interfaces.sockets import SOCKETS
 from fmus.toolchain.version import Version
@@ -40,6 +41,7 @@ from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import Fmu, InProcess, UnitSource
 from orchestrator.system.system import System
+from orchestrator.system.value_texts import in_unit_of
 
 
 def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scenario:
@@ -136,8 +138,9 @@ def _own_steps(fillings: Mapping[str, SocketFilling], h: float) -> dict[str, Fra
 
 
 def _number_in(unit: str, where: str, given: Given, valid: str, above: float = -math.inf) -> float:
-    if given.unit == unit and isinstance(given.value, int | float) and above < given.value <= sys.float_info.max:
-        return float(given.value)
+    found = in_unit_of(given, Quantity(unit, ""))
+    if found is not None and isinstance(found.value, int | float) and above < found.value <= sys.float_info.max:
+        return float(found.value)
     raise refuse(where, f"`{given.value}` in `{given.unit}`", valid)
 
 

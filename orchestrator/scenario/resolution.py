@@ -13,7 +13,7 @@ from components.interfaces.record import Variable
 from orchestrator.system.files import Given
 from orchestrator.system.named_variables import SETTABLE, UnitVariable, array_of, look_up, named, settable
 from orchestrator.system.source import UnitSource
-from orchestrator.system.value_texts import from_text, typed
+from orchestrator.system.value_texts import from_text, in_unit_of
 
 _Source = TypeVar("_Source", bound=UnitSource)
 _MOST_SIGNS: Final = 100
@@ -85,10 +85,15 @@ class Resolution:
         found = look_up(name, self.known)
         if found is None:
             self._refuse(name)
-        elif given.unit != (unit := found.variable.quantity.unit):
-            self.problems.append(Problem(self.path(name), f"unit `{given.unit}`", f"unit `{unit}`"))
-        else:
-            self._put(self.path(name), found, typed(given.value, found.variable.quantity), given.source)
+            return
+        q = found.variable.quantity
+        converts = q.type.is_float and q.unit != ""
+        value = in_unit_of(given, q) if converts or given.unit == q.unit else None
+        if value is None:
+            self.problems.append(Problem(self.path(name), f"unit `{given.unit}`", f"unit `{q.unit}`"))
+            return
+        written = "" if given.unit == q.unit else f"{given.value} {given.unit}"
+        self._put(self.path(name), found, value.value, ": ".join(part for part in (given.source, written) if part))
 
     def set(self, setting: Setting) -> None:
         """Give a value of the command line."""

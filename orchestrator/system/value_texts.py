@@ -11,6 +11,7 @@ import numpy as np
 
 from components.interfaces.conversion import unit_conversion
 from components.interfaces.quantity import TRUTHS, Quantity, Type
+from orchestrator.system.files import Given
 
 _QUOTED: Final = re.compile(r"""(?P<quote>["'])(?P<inside>(?:\\(?P=quote)|(?!(?P=quote)).)*)(?P=quote)""")
 
@@ -73,6 +74,28 @@ def typed(value: Any, q: Quantity) -> Any:
     """
     as_text = q.type in (Type.ENUMERATION, Type.BINARY)
     return _in_each(value, lambda item: _scalar(item, q) if isinstance(item, str) and as_text else _truth(item, q))
+
+
+def in_unit_of(given: Given, q: Quantity) -> Given | None:
+    """A value of a file in the unit of measurement of what it is for.
+
+    Args:
+        given: The value as a person wrote it.
+        q: The quantity that it is for; one without a unit of measurement takes the numbers as they are.
+
+    Returns:
+        The value; None where it measures something else, or is no number.
+    """
+    if given.unit == q.unit or not (q.unit and q.type.is_float):
+        return given.model_copy(update={"unit": q.unit, "value": typed(given.value, q)})
+    relation = unit_conversion(Quantity(given.unit, ""), q)
+    try:
+        numbers = np.asarray(given.value)
+    except ValueError:  # rows of different lengths
+        return None
+    if relation is None or numbers.dtype.kind not in "fiu":
+        return None
+    return given.model_copy(update={"unit": q.unit, "value": np.asarray(relation(numbers), dtype=float).tolist()})
 
 
 def _in_each(value: Any, convert: Callable[[Any], Any]) -> Any:

@@ -172,6 +172,15 @@ def test_a_pattern_without_a_whole_number_of_ticks_is_told(text):
     assert wrong("static", record=[text]) == [f"--record {text}: found text of another form; valid: {valid}"]
 
 
+def test_a_scenario_may_give_values_and_times_in_other_units_of_measurement(tmp_path):
+    text = (scenario_file.SCENARIOS / "idle.toml").read_text()
+    path = tmp_path / "mine.toml"
+    path.write_text(text.replace('{ value = 1.0, unit = "s"', '{ value = 1000, unit = "ms"'))
+    made = prepare(str(path), BLOCKS_ONLY)
+    assert made.until == 1.0
+    assert made.sources["experiment.stop_time"]["unit"] == "ms"
+
+
 def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
     text = (scenario_file.SCENARIOS / "idle.toml").read_text()
     path = tmp_path / "mine.toml"

@@ -126,9 +126,23 @@ def test_an_unknown_name_is_told_unless_it_is_a_default_of_others():
 @pytest.mark.parametrize("layer", [0, 1])
 def test_a_wrong_unit_of_measurement_is_told_in_either_file(layer):
     layers = [{}, {}]
-    layers[layer] = values("file", {"mass": "t"}, mass=1.5)
-    assert messages(*layers) == ["car.mass: found unit `t`; valid: unit `kg`"]
+    layers[layer] = values("file", {"mass": "m"}, mass=1.5)
+    assert messages(*layers) == ["car.mass: found unit `m`; valid: unit `kg`"]
     assert resolve("car", DECLARED, *layers).values == {}
+
+
+def test_another_unit_of_the_same_dimension_is_converted_and_what_was_written_is_kept():
+    given = values("mine.toml", {"mass": "t", "places": "cm"}, mass=1.5, places=[100, 250.0, 3])
+    found = resolve("car", DECLARED, DEFAULTS, given)
+    assert found.problems == []
+    assert found.values == {**found.values, "mass": 1500.0, "places": [1.0, 2.5, 0.03]}
+    assert found.sources["car.mass"] == {"value": 1500.0, "unit": "kg", "source": "mine.toml: 1.5 t"}
+    assert resolve("car", DECLARED, {}, values("", {"mass": "t"}, mass=1.5)).sources["car.mass"]["source"] == "1.5 t"
+    no_numbers = values("file", {"mass": "t", "open": "m"}, mass="heavy", open=True)
+    assert messages({}, no_numbers) == [
+        "car.mass: found unit `t`; valid: unit `kg`",
+        "car.open: found unit `m`; valid: unit `1`",
+    ]
 
 
 def test_what_is_set_is_in_the_parameter_s_own_unit():
@@ -190,9 +204,9 @@ def test_the_uppermost_layer_wins_and_every_value_has_a_source(default, given, c
 
 
 def test_a_unit_that_differs_is_told():
-    given = {"ego_length": Given(value=460.0, unit="cm", source="test")}
+    given = {"ego_length": Given(value=460.0, unit="kg", source="test")}
     problems = resolve("scene", variables(Scene), parameter_set("scene"), given).problems
-    assert [str(p) for p in problems] == ["scene.ego_length: found unit `cm`; valid: unit `m`"]
+    assert [str(p) for p in problems] == ["scene.ego_length: found unit `kg`; valid: unit `m`"]
 
 
 def test_an_unknown_name_is_told_once_also_where_a_file_holds_it_for_others():
