@@ -114,6 +114,7 @@ def _print_summary(finished: Finished) -> None:
         out.print(f"  {name.replace('_', ' '):24}", end="")
         out.print("yes" if holds else "no", style="green" if holds else "red")
     from orchestrator.results.provenance import SHOWN_METRICS  # noqa: PLC0415
+    from orchestrator.results.run_folder import FIGURES  # noqa: PLC0415
 
     for name, unit in SHOWN_METRICS.items():
         if name in summary["metrics"]:
@@ -121,7 +122,8 @@ def _print_summary(finished: Finished) -> None:
     for name in ("solver_limits", "solver_fallbacks"):
         if failed := summary["metrics"].get(name):
             out.print(f"  {name:24}{failed:.0f} of {experiment['ticks']} samples")
-    out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp  figures/")
+    figures = f"  {FIGURES}/" if (folder / FIGURES).is_dir() else ""
+    out.print(f"{folder}/  signals.parquet  recording.rrd  summary.json  system.ssp{figures}")
     out.print(f"Look at it with: macrostep show {shlex.quote(str(folder))}")
 
 

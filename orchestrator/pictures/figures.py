@@ -63,7 +63,7 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
         frame: The column `time` [s], and one column for each signal element that was kept at every tick.
         system: What was run.
         scene: The road, and the size of the ego vehicle.
-        folder: Where the files are written to; made if it is not there.
+        folder: Where the files are written to; made if it is not there and there are any.
 
     Returns:
         The files.
@@ -76,14 +76,13 @@ def draw(frame: pd.DataFrame | Mapping[str, Any], system: System, scene: Scene, 
         paths = {signal_path(buses, record, signal) for signal in names}
         figures[name] = _series(columns, [plot for plot in answers if plot.signals[0].path in paths], held)
     figures["path_error"] = _path_error(columns, buses)
-    folder.mkdir(parents=True, exist_ok=True)
-    files: list[Path] = []
-    for name, figure in figures.items():
-        if figure is not None:
-            files.append(folder / f"{name}.png")
-            with unfinished(files[-1]) as file:
-                figure.savefig(file, dpi=DPI)
-    return files
+    drawn = {folder / f"{name}.png": figure for name, figure in figures.items() if figure is not None}
+    if drawn:
+        folder.mkdir(parents=True, exist_ok=True)
+    for path, figure in drawn.items():
+        with unfinished(path) as file:
+            figure.savefig(file, dpi=DPI)
+    return [*drawn]
 
 
 def _trajectory(columns: SignalColumns, buses: BusPaths, scene: Scene) -> Figure | None:

@@ -135,7 +135,8 @@ def test_obstacles_that_leave_and_enter_the_bus_are_drawn_once_each():
 
 def test_a_system_without_sockets_has_no_figures(static, rows, tmp_path):
     plain = System(units=static.system.units, wiring=static.system.wiring)
-    assert draw(rows, plain, static.scene, tmp_path) == []
+    assert draw(rows, plain, static.scene, tmp_path / "figures") == []
+    assert not (tmp_path / "figures").exists()
 
 
 def test_what_is_not_there_is_not_drawn(tmp_path):
