@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import refuse
+from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
 from components.interfaces.socket import Position, Socket
 from fmus.unit_interface import Interface
@@ -175,7 +176,7 @@ def _taken(fitting: Fitting) -> set[str]:
 def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
     """A variable that could stand for a signal, and as what; `None` if it measures something else."""
     ours, offered = signal.quantity, theirs.quantity
-    if not offered.type.is_number:
+    if not _type_fits(offered.type, ours.type):
         return None
     if not (ours.type.is_float and offered.type.is_float):
         return theirs.name
@@ -184,6 +185,13 @@ def _candidate(signal: Variable, leaf: str, theirs: Variable) -> str | None:
         return text
     roles = [n for n, role in roles_of(leaf).items() if conversion(offered, replace(ours, unit=role.unit)) is not None]
     return f"{text} as {' or '.join(map(toml_value, roles))}" if roles else None
+
+
+def _type_fits(offered: Type, ours: Type) -> bool:
+    """Whether a variable of a type is likely to mean a signal of a type: a flag is no number, nor a number a flag."""
+    if offered.is_integer or offered is ours:
+        return True
+    return offered.is_float and (ours.is_float or ours.is_integer)
 
 
 def _start(variable: Variable, theirs: Interface) -> Any:

@@ -9,7 +9,7 @@ import pytest
 
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.record import Variable
-from components.interfaces.sockets import PLANT
+from components.interfaces.sockets import PLANT, TRAFFIC
 from fmus.unit_interface import Interface
 from orchestrator.mapping.fitting import fit
 from orchestrator.mapping.template import candidates, relative, template
@@ -58,6 +58,18 @@ def test_a_template_is_toml(lines):
 def test_candidates_measure_the_same_and_the_likeliest_is_first(theirs):
     signal = next(v for v in PLANT.signals() if v.name == "state.v_x")
     assert candidates(signal, theirs.outputs, fit("plant", PLANT, theirs, "theirs.fmu")) == ["speed [km/h]"]
+
+
+@pytest.mark.parametrize(
+    ("signal", "offered"),
+    [("x", ["float [m]", "int"]), ("valid", ["flag", "int"]), ("id", ["int", "float"])],
+)
+def test_candidates_are_of_a_fitting_type(signal, offered):
+    kinds = {"float": Type.FLOAT64, "int": Type.INT32, "flag": Type.BOOLEAN, "text": Type.STRING}
+    outs = tuple(Variable(name, Quantity("m", name, kind)) for name, kind in kinds.items())
+    theirs = Interface("theirs", (), outs, (), np.zeros((4, 0), dtype=bool), False, {})  # noqa: FBT003
+    ours = next(v for v in TRAFFIC.signals() if v.name == f"obstacles.{signal}")
+    assert sorted(candidates(ours, outs, fit("traffic", TRAFFIC, theirs, "theirs.fmu"))) == sorted(offered)
 
 
 def test_a_template_names_its_fmu_relative_to_itself(tmp_path):
