@@ -102,6 +102,8 @@ def _refuse_outside(viewer: ViewerClient, times: Sequence[float | None]) -> None
     """Refuse times outside of the recording, where the viewer would show its end as if that was the time."""
     timelines = [line for recording in viewer.get_state().recordings for line in recording.timelines]
     for whole in (line for line in timelines if line.name == "sim_time"):
+        if whole.start is None or whole.end is None:  # a recording without rows
+            continue
         first, last = whole.start * 1e-9, whole.end * 1e-9
         valid, remedy = f"{first:g} to {last:g} s", f"The last row is at {last:g} s."
         outside = [t for t in times if t is not None and not first - _NEAR <= t <= last + _NEAR]
