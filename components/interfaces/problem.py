@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Final
+from typing import Final, TypeVar
 
+_T = TypeVar("_T")
+_D = TypeVar("_D")
 MOST_PROBLEMS: Final = 1000
 """The most problems that are looked for: nobody reads more of them, and a file may have any number."""
 _LISTED: Final = 100
@@ -65,6 +67,21 @@ def raise_if_any(problems: Iterable[Problem]) -> None:
     if gathered := tuple(islice(remaining, MOST_PROBLEMS)):
         more = next(remaining, None)
         raise RequestError(gathered if more is None else (*gathered, OTHER_PROBLEMS))
+
+
+class Gathered:
+    """The problems of what does not depend on each other, so that a person learns of all of them at once."""
+
+    def __init__(self) -> None:
+        self.problems: list[Problem] = []
+
+    def attempt(self, action: Callable[[], _T], otherwise: _D) -> _T | _D:
+        """The result of `action`; `otherwise` where it raises `RequestError`, whose problems are added."""
+        try:
+            return action()
+        except RequestError as error:
+            self.problems += error.problems
+            return otherwise
 
 
 OTHER_PROBLEMS: Final = Problem(

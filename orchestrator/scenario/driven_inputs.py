@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from components.interfaces.conversion import unit_conversion
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.problem import Gathered, Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import DTYPES, TRUTHS, Quantity, Type
 from components.interfaces.record import Variable
 from orchestrator.scenario.table_file import TableColumn, TableFile, numbers, shown
@@ -58,15 +59,11 @@ def with_table(system: System, table: TableFile, *, hold: bool) -> tuple[System,
         RequestError: A column is no input, or its values are none that the input takes; all problems.
     """
     found = _Columns(system, table)
-    raise_if_any(found.problems)
-    columns: list[InputColumn] = []
-    problems: list[Problem] = []
-    for element, column in found.taken.values():
-        try:
-            columns.append(_driven(system, table, element, column, hold=hold))
-        except RequestError as error:
-            problems += error.problems
-    raise_if_any([*problems, *_without_value(system, columns)])
+    wrong = Gathered()
+    read = [wrong.attempt(partial(_driven, system, table, *taken, hold=hold), None) for taken in found.taken.values()]
+    columns = [column for column in read if column is not None]
+    raise_if_any([*found.problems, *wrong.problems])
+    raise_if_any(_without_value(system, columns))
     inputs = InputTable(table.times, tuple(columns), hold, table.suffix, table.content)
     held = dict(system.held)
     for path in set(inputs.paths) & set(system.unset):
@@ -158,9 +155,8 @@ def _driven(system: System, table: TableFile, element: _Element, column: TableCo
     values = _values(table, column, quantity)
     one = replace(quantity, shape=())
     if replace(quantity, shape=values.shape).problems("", values):
-        for row, value in enumerate(values.tolist()):
-            problems = one.problems(table.at(row, column.name), value)
-            raise_if_any(problems)
+        rows = enumerate(values.tolist())
+        raise_if_any(p for row, value in rows for p in one.problems(table.at(row, column.name), value))
     interface = system.units[element.unit].interface
     steps = hold or not quantity.type.is_float or element.variable.name in interface.discrete
     own = values.astype(DTYPES[quantity.type])

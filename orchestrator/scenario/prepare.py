@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from components.interfaces.block import Block
-from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.problem import Gathered, Problem, choices, did_you_mean, raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import variables
@@ -28,15 +28,22 @@ from orchestrator.scenario.fillings import (
     wiring_of,
     with_mapping,
 )
-from orchestrator.scenario.interface_choice import interface_choice
+from orchestrator.scenario.interface_choice import NO_CHOICE, interface_choice
 from orchestrator.scenario.isolation import isolated
 from orchestrator.scenario.options import Mode, Options
 from orchestrator.scenario.parameters import parameter_set
 from orchestrator.scenario.requested_fmus import RequestedFmus
-from orchestrator.scenario.resolution import resolve
+from orchestrator.scenario.resolution import Setting, resolve
 from orchestrator.scenario.scenario_file import ScenarioFile, SocketFilling, read
 from orchestrator.scenario.settings import parse_record, parse_settings
-from orchestrator.system.experiment import EVERYTHING, Scenario, algorithm_named, macro_step, relative_tolerance
+from orchestrator.system.experiment import (
+    EVERYTHING,
+    Algorithm,
+    Scenario,
+    algorithm_named,
+    macro_step,
+    relative_tolerance,
+)
 from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.source import Fmu, InProcess, UnitSource
@@ -60,24 +67,24 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
         BuildError: The C compiler fails.
     """
     name, content = read(request)
-    settings = parse_settings(options.settings)
+    wrong = Gathered()
+    no_settings: dict[str, list[Setting]] = {unit: [] for unit in (*SOCKETS, "scene")}
+    settings = wrong.attempt(lambda: parse_settings(options.settings, wrong.problems), no_settings)
     fmus = RequestedFmus(options.mode, progress, options.lenient)
-    fillings, mappings, remarks = _fillings(request, content, options, fmus)
-    choice = interface_choice(options.interface, [socket for socket, f in fillings.items() if f.block is None])
-    blocks = {s: block_named(f.block, f"{name}: {s}.block", s) for s, f in fillings.items() if f.block is not None}
-    filled = {
-        socket: filled_by_block(socket, filling, blocks[socket], settings[socket])
-        if socket in blocks
-        else filled_by_fmu(socket, filling, mappings[socket], settings[socket], fmus, choice)
-        for socket, filling in fillings.items()
-    }
+    fillings, mappings, remarks = _fillings(request, content, options, fmus, wrong)
+    filled = _filled(name, fillings, mappings, settings, options, fmus, wrong)
     remarks += [remark for one in filled.values() for remark in one.remarks]
-    scene = resolve("scene", variables(Scene), parameter_set("scene"), content.scene.given(), settings["scene"])
-    times, experiment = _experiment(content, options)
-    raise_if_any([*(problem for one in filled.values() for problem in one.problems), *scene.problems])
+    given = wrong.attempt(content.scene.given, dict[str, Given]())
+    scene = resolve("scene", variables(Scene), parameter_set("scene"), given, settings["scene"])
+    times, experiment = _experiment(content, options, wrong)
+    algorithm = wrong.attempt(
+        lambda: algorithm_named(options.algorithm or content.experiment.algorithm), Algorithm.SEQUENTIAL
+    )
+    record = wrong.attempt(lambda: parse_record(options.record), dict[str, int]())
+    raise_if_any([*wrong.problems, *scene.problems])
 
     units = isolated(_sources(filled, options.mode, progress), options.isolate, in_process=options.in_process)
-    remarks += _kept_inside(blocks, options.mode)
+    remarks += _kept_inside(filled, options.mode)
     sockets = {socket: SOCKETS[socket] for socket in units}
     steps = _own_steps(fillings, times["step"])
     sources = {path: source for one in filled.values() for path, source in one.resolution.sources.items()}
@@ -91,39 +98,68 @@ def prepare(request: str, options: Options, progress: Progress = SILENT) -> Scen
         start=times.get("start_time", 0.0),
         tolerance=times.get("tolerance"),
         sources={**sources, **scene.sources, **experiment},
-        record=parse_record(options.record) or content.record or EVERYTHING,
-        algorithm=algorithm_named(options.algorithm or content.experiment.algorithm),
+        record=record or content.record or EVERYTHING,
+        algorithm=algorithm,
         solve_loops=options.solve_loops or content.experiment.solve_loops,
         end_off_road=options.end_off_road or content.experiment.end_off_road,
         remarks=tuple(remarks),
     )
 
 
-def _kept_inside(blocks: Mapping[str, type[Block[Any, Any, Any]]], mode: Mode) -> list[str]:
+def _filled(  # noqa: PLR0913 - all that a person says of them
+    name: str,
+    fillings: Mapping[str, SocketFilling],
+    mappings: Mapping[str, MappingFile | None],
+    settings: Mapping[str, Sequence[Setting]],
+    options: Options,
+    fmus: RequestedFmus,
+    wrong: Gathered,
+) -> dict[str, Filled]:
+    """What fills each socket, as far as nothing is wrong with it."""
+    by_fmus = [socket for socket, filling in fillings.items() if filling.block is None]
+    choice = wrong.attempt(lambda: interface_choice(options.interface, by_fmus), NO_CHOICE)
+
+    def filled(socket: str, filling: SocketFilling) -> Filled:
+        own = settings[socket]
+        if filling.block is not None:
+            return filled_by_block(socket, filling, block_named(filling.block, f"{name}: {socket}.block", socket), own)
+        return filled_by_fmu(socket, filling, mappings[socket], own, fmus, choice)
+
+    found = {socket: wrong.attempt(partial(filled, socket, filling), None) for socket, filling in fillings.items()}
+    known = {socket: one for socket, one in found.items() if one is not None}
+    wrong.problems += [problem for one in known.values() for problem in one.problems]
+    return known
+
+
+def _kept_inside(filled: Mapping[str, Filled], mode: Mode) -> list[str]:
     """Remarks on blocks that run in this process where others run as FMUs."""
+    blocks = {socket: one.block for socket, one in filled.items() if one.block is not None}
     inside = {socket: block.name for socket, block in blocks.items() if mode != "blocks" and not block.native}
     return [f"{socket}: `{block}` runs in this process; it does not become C" for socket, block in inside.items()]
 
 
 def _fillings(
-    request: str, content: ScenarioFile, options: Options, fmus: RequestedFmus
+    request: str, content: ScenarioFile, options: Options, fmus: RequestedFmus, wrong: Gathered
 ) -> tuple[dict[str, SocketFilling], dict[str, MappingFile | None], list[str]]:
     """The filling of each socket after a person's changes, the mapping of each, and remarks."""
     fillings: dict[str, SocketFilling] = {}
     mappings: dict[str, MappingFile | None] = {}
     remarks: list[str] = []
     chosen = {socket: located(filling, request) for socket, filling in content.units.items()}
-    raise_if_any(
+    wrong.problems += [
         Problem("replacements", f"the unknown socket `{unknown}`", choices(SOCKETS), did_you_mean(unknown, SOCKETS))
         for unknown in options.replacements.keys() - SOCKETS.keys()
-    )
-    for socket in SOCKETS:
-        filling, replacement = chosen.get(socket), options.replacements.get(socket)
-        if filling is None and replacement is None:
-            continue
-        filling = filling or SocketFilling()
+    ]
+
+    def filled(socket: str, filling: SocketFilling) -> tuple[SocketFilling, MappingFile | None]:
+        replacement = options.replacements.get(socket)
         filling = _replaced(socket, filling, None if replacement is None else str(replacement), fmus, remarks)
-        fillings[socket], mappings[socket] = with_mapping(filling, socket)
+        return with_mapping(filling, socket)
+
+    for socket in (s for s in SOCKETS if s in chosen or options.replacements.get(s) is not None):
+        found = wrong.attempt(partial(filled, socket, chosen.get(socket) or SocketFilling()), None)
+        if found is not None:
+            fillings[socket], mappings[socket] = found
     return fillings, mappings, remarks
 
 
@@ -180,7 +216,13 @@ def _sources(filled: Mapping[str, Filled], mode: Mode, progress: Progress) -> di
     return units
 
 
-def _experiment(content: ScenarioFile, options: Options) -> tuple[dict[str, float], dict[str, Mapping[str, Any]]]:
+_CHECKS: Final[Mapping[str, Callable[[float], float]]] = {"step": macro_step, "tolerance": relative_tolerance}
+"""What the numbers of an experiment have to be besides numbers."""
+
+
+def _experiment(
+    content: ScenarioFile, options: Options, wrong: Gathered
+) -> tuple[dict[str, float], dict[str, Mapping[str, Any]]]:
     """The numbers of the experiment, as far as they are given, and where each comes from."""
     numbers: dict[str, float] = {}
     sources: dict[str, Mapping[str, Any]] = {}
@@ -190,9 +232,8 @@ def _experiment(content: ScenarioFile, options: Options) -> tuple[dict[str, floa
         if override is not None:
             given = Given(value=override, unit=unit, source=f"--{name.replace('_', '-')}")
         if given is not None:
-            numbers[name] = _number_in(unit, f"experiment.{name}", given, f"a number in `{unit}`")
+            number = partial(_number_in, unit, f"experiment.{name}", given, f"a number in `{unit}`")
+            check = _CHECKS.get(name, float)
+            numbers[name] = wrong.attempt(lambda number=number, check=check: check(number()), math.nan)
             sources[f"experiment.{name}"] = given.model_dump()
-    macro_step(numbers["step"])
-    if "tolerance" in numbers:
-        relative_tolerance(numbers["tolerance"])
     return numbers, sources

@@ -13,33 +13,38 @@ from orchestrator.scenario.values_file import expanded
 _SETTING = re.compile(r"(?P<unit>[^.=]+)\.(?P<assignment>.+?=.*)", re.DOTALL)
 
 
-def parse_settings(texts: Sequence[str], *, any_unit: bool = False) -> dict[str, list[Setting]]:
+def parse_settings(
+    texts: Sequence[str], problems: list[Problem] | None = None, *, any_unit: bool = False
+) -> dict[str, list[Setting]]:
     """Read `controller.b_3=1e-2` and the like.
 
     Args:
         texts: The values of the option `--set`; `@FILE` stands for a file with one of them on each line.
+        problems: Takes what is wrong with single texts, so that the others can be looked at; raised if not given.
         any_unit: Whether units may have any name, not only that of a socket or `scene`.
 
     Returns:
         The settings by unit.
 
     Raises:
-        RequestError: A text has another form, or a unit is unknown; the error lists all of them.
+        RequestError: A text has another form, or a unit is unknown; the error lists all of them. A file that a text
+            names cannot be read.
     """
+    wrong: list[Problem] = [] if problems is None else problems
     known = () if any_unit else (*SOCKETS, "scene")
     settings: dict[str, list[Setting]] = {unit: [] for unit in known}
-    problems: list[Problem] = []
     for text in expanded(texts):
         match = _SETTING.fullmatch(text)
         if match is None:
-            problems.append(
+            wrong.append(
                 Problem(f"--set {text}", "text of another form", "UNIT.PARAMETER=VALUE", "Try controller.b_3=1e-2.")
             )
         elif not any_unit and match["unit"] not in settings:
-            problems.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(settings)))
+            wrong.append(Problem(f"--set {text}", f"the unknown unit `{match['unit']}`", choices(settings)))
         else:
             settings.setdefault(match["unit"], []).append(Setting(match["unit"], match["assignment"]))
-    raise_if_any(problems)
+    if problems is None:
+        raise_if_any(wrong)
     return settings
 
 

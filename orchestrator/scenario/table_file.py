@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,19 +99,21 @@ def numbers(table: TableFile, column: TableColumn) -> NDArray[np.float64]:
     """The values of a column as numbers, (rows,); none is NaN.
 
     Raises:
-        RequestError: A value is no number, with its place.
+        RequestError: Values are no numbers, each with its place.
     """
     values = column.read()
-    found: list[float] = []
-    for row, value in enumerate(values):
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            number = np.nan
-        if np.isnan(number):
-            raise refuse(table.at(row, column.name), shown(value), "a number")
-        found.append(number)
-    return np.array(found)
+    found = np.array([_number(value) for value in values])
+    rows: list[int] = np.flatnonzero(np.isnan(found)).tolist()
+    raise_if_any(Problem(table.at(row, column.name), shown(values[row]), "a number") for row in rows)
+    return found
+
+
+def _number(value: Any) -> float:
+    """The number that a value is; NaN where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 def shown(value: Any) -> str:
@@ -123,13 +126,17 @@ def _times(table: TableFile, column: TableColumn) -> NDArray[np.float64]:
     if conversion is None:
         raise refuse(f"{table.where}: {column.name}", f"the unit `{column.unit}`", "a unit of time, such as `s`")
     times = np.asarray(conversion(numbers(table, column)))
-    if not np.isfinite(times).all():
-        row = int(np.flatnonzero(~np.isfinite(times))[0])
-        raise refuse(table.at(row, column.name), f"{times[row]}", "a finite number")
-    if len(back := np.flatnonzero(np.diff(times) <= 0)):
-        row = int(back[0]) + 1
-        found = f"{times[row]:g} s after {times[row - 1]:g} s"
-        raise refuse(table.at(row, column.name), found, "times that increase", "Sort the rows.")
+    infinite = np.flatnonzero(~np.isfinite(times))
+    raise_if_any(Problem(table.at(int(i), column.name), f"{times[i]}", "a finite number") for i in infinite)
+    raise_if_any(
+        Problem(
+            table.at(int(i) + 1, column.name),
+            f"{times[i + 1]:g} s after {times[i]:g} s",
+            "times that increase",
+            "Sort the rows.",
+        )
+        for i in np.flatnonzero(np.diff(times) <= 0)
+    )
     return times
 
 

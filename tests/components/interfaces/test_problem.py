@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from components.interfaces.problem import Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
+from components.interfaces.problem import Gathered, Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
 
 
 def test_a_problem_says_where_what_what_would_be_valid_and_what_to_do():
@@ -43,3 +43,12 @@ def test_the_closest_name_is_offered_and_nothing_far_off():
 @pytest.mark.parametrize("name", ["", "  "])
 def test_a_thing_with_an_empty_name_is_quoted(name):
     assert str(refuse(name, "a value", "none")) == f'"{name}": found a value; valid: none'
+
+
+def test_what_does_not_depend_on_each_other_is_gathered():
+    def fail() -> int:
+        raise refuse("a", "1", "2")
+
+    wrong = Gathered()
+    assert (wrong.attempt(lambda: 3, 0), wrong.attempt(fail, 0), wrong.attempt(fail, None)) == (3, 0, None)
+    assert [str(problem) for problem in wrong.problems] == ["a: found 1; valid: 2"] * 2

@@ -238,6 +238,23 @@ def test_what_is_wrong_with_a_table_is_told_with_its_place(fmu, tmp_path, text, 
     assert refusal(fmu, input=path) == path + expected
 
 
+def test_all_that_is_wrong_with_a_table_is_told_at_once(fmu, tmp_path):
+    path = table(tmp_path, "time,v [kg],w\n0,1,1\n0.2,2,3\n")
+    found = refusal(fmu, input=path).splitlines()
+    assert [line.partition(": found")[0] for line in found] == [f"{path}: w", f"{path}: v"]
+    path = table(tmp_path, "time,v\n0,fast\n0.2,\n")
+    assert refusal(fmu, input=path).splitlines() == [
+        f"{path}, line 2, `v`: found `fast`; valid: a number",
+        f"{path}, line 3, `v`: found nothing; valid: a number",
+    ]
+    path = table(tmp_path, "time,v\n0.2,1\n0.2,1\n0.1,1\n")
+    told = "valid: times that increase. Sort the rows."
+    assert refusal(fmu, input=path).splitlines() == [
+        f"{path}, line 3, `time`: found 0.2 s after 0.2 s; {told}",
+        f"{path}, line 4, `time`: found 0.1 s after 0.2 s; {told}",
+    ]
+
+
 def test_a_file_that_is_no_table_is_refused(fmu, tmp_path):
     missing = str(tmp_path / "none.csv")
     found = "found no such file"

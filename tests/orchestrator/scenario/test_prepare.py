@@ -181,6 +181,25 @@ def test_a_scenario_may_give_values_and_times_in_other_units_of_measurement(tmp_
     assert made.sources["experiment.stop_time"]["unit"] == "ms"
 
 
+def test_all_that_is_wrong_with_a_scenario_and_its_options_is_told_at_once(tmp_path):
+    text = (scenario_file.SCENARIOS / "idle.toml").read_text()
+    path = tmp_path / "mine.toml"
+    text = text.replace('"stationary"', '"stationry"').replace('{ value = 0.1, unit = "s"', '{ value = 0.1, unit = "m"')
+    path.write_text(text + '\n[scene]\nuse = ["scen"]\n')
+    settings = ["nonsense", "wheel.x=1", "controller.x=1"]
+    found = wrong(str(path), settings=settings, algorithm="jacob", record=["plant.*:often"])
+    assert [line.partition(": found")[0] for line in found] == [
+        "--set nonsense",
+        "--set wheel.x=1",
+        "mine: plant.block",
+        "controller.x",
+        "scene.use",
+        "experiment.step",
+        "algorithm",
+        "--record plant.*:often",
+    ]
+
+
 def test_a_step_that_is_none_is_told_also_where_a_unit_has_its_own(tmp_path):
     text = (scenario_file.SCENARIOS / "idle.toml").read_text()
     path = tmp_path / "mine.toml"
