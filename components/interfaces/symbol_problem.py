@@ -18,6 +18,8 @@ from components.interfaces.block import Block
 from components.interfaces.problem import Problem
 
 _NO_VALUE = "a symbol has no value"
+_NUMPY_AS_BEFORE = -1
+"""The mode of CasADi in which functions of NumPy give symbols for symbols, without a warning."""
 _SHOWN = 80
 """The characters of a line that a message shows."""
 _LIBRARY = str(Path(casadi.__file__).parent)
@@ -41,8 +43,12 @@ _ERRORS = (
 
 @contextmanager
 def symbols_without_values() -> Generator[None]:
-    """Let no function of numbers take a symbol: CasADi gives it NaN for one, and equations would be wrong silently."""
-    before = casadi.SX.__float__
+    """Let no function of numbers take a symbol: CasADi gives it NaN for one, and equations would be wrong silently.
+
+    Functions of NumPy that CasADi has too, such as `np.sin`, become CasADi's own. It warns that their result may be of
+    another type one day, which nobody who writes a block can do anything about: this keeps today's type silently.
+    """
+    before, mode = casadi.SX.__float__, casadi.GlobalOptions.getNumpyMode()
 
     def value(self: Any) -> float:
         if not self.is_constant():
@@ -50,10 +56,12 @@ def symbols_without_values() -> Generator[None]:
         return before(self)
 
     casadi.SX.__float__ = value
+    casadi.GlobalOptions.setNumpyMode(_NUMPY_AS_BEFORE)
     try:
         yield
     finally:
         casadi.SX.__float__ = before
+        casadi.GlobalOptions.setNumpyMode(mode)
 
 
 def symbol_problem(block: type[Block[Any, Any, Any]], error: Exception) -> Problem | None:

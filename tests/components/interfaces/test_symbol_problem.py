@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import casadi
+import numpy as np
 import pytest
 
 from components import PLANT, Continuous, PlantInputs, PlantOutputs, VehicleState, block, quantity
@@ -115,3 +116,11 @@ def braked_not(v: float, a: float) -> float:
 def test_errors_of_another_kind_stay_what_they_are():
     with pytest.raises(ZeroDivisionError):
         lower(vehicle(lambda v, a: 1 / 0))
+
+
+@pytest.mark.filterwarnings("error")
+def test_functions_of_numpy_that_casadi_has_too_are_its_own_without_a_warning():
+    mode = casadi.GlobalOptions.getNumpyMode()
+    lowered = lower(vehicle(lambda v, a: np.sin(v) + np.clip(a, -1.0, 1.0) + np.where(a > 0, np.hypot(v, a), 0.0)))
+    assert lowered is not None
+    assert casadi.GlobalOptions.getNumpyMode() == mode
