@@ -223,7 +223,7 @@ class RunPicture:
         lines = [
             (event, line)
             for event in happened
-            for line in wrap(f"{prefix}{event.text}", _LOG_WIDTH, subsequent_indent="  ")
+            for line in wrap(f"{prefix}{event.text}", _LOG_WIDTH, subsequent_indent="  ", break_on_hyphens=False)
         ]
         return LogLines(
             entity=self.at("events"),
