@@ -19,10 +19,10 @@ _HARMLESS: Final = re.compile(
     r"|-W(?![lap],)[a-z][a-z0-9+-]*(=[0-9]{1,4})?"
     r"|-m(32|64|arch=[\w.+-]{1,40}|tune=[\w.+-]{1,40}|sse[0-9.a-z]*|ssse3|avx[0-9a-z]*|fma|f16c|bmi2?|fpmath=[a-z0-9+,]+)"
     r"|-f(no-)?(strict-aliasing|wrapv|common|fast-math|math-errno|trapping-math|signed-zeros|finite-math-only"
-    r"|unsafe-math-optimizations|associative-math|reciprocal-math|rounding-math|omit-frame-pointer|inline|inline-functions"
-    r"|unroll-loops|tree-vectorize|exceptions|rtti|openmp|signed-char|unsigned-char|short-enums|ms-extensions"
-    r"|stack-protector|strict-overflow|gnu89-inline|builtin|asynchronous-unwind-tables|unwind-tables|data-sections"
-    r"|function-sections|plt|semantic-interposition|pic|PIC|permissive|threadsafe-statics)"
+    r"|unsafe-math-optimizations|associative-math|reciprocal-math|rounding-math|omit-frame-pointer|inline"
+    r"|inline-(small-)?functions|unroll-loops|tree-vectorize|exceptions|rtti|openmp|signed-char|unsigned-char"
+    r"|short-enums|ms-extensions|stack-protector|strict-overflow|gnu89-inline|builtin|asynchronous-unwind-tables"
+    r"|unwind-tables|data-sections|function-sections|plt|semantic-interposition|pic|PIC|permissive|threadsafe-statics)"
     r"|-ffp-contract=(off|on|fast)|-fvisibility=(default|hidden|protected|internal)|-fexcess-precision=(fast|standard)"
 )
 _DEFINITION: Final = re.compile(r"-D([A-Za-z_]\w*(?:\([\w, .]*\))?)(?:=([^\x00-\x1f\x7f]*))?|-U[A-Za-z_]\w*")

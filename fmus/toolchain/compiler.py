@@ -15,11 +15,12 @@ from typing import Final
 
 from components.interfaces.problem import refuse
 
-FLAGS: Final = ("-O1", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+FLAGS: Final = ("-O1", "-finline-small-functions", "-std=c99", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
 """The flags that the binary depends on.
 
-Without contraction of multiplication and addition, the numbers are the same wherever the code is compiled. On generated
-code, -O2 takes twice as long to compile as -O1, and the result is only a tenth faster.
+Without contraction of multiplication and addition, the numbers are the same wherever the code is compiled. Generated
+code calls its own minimum, maximum and square in every other line: inlined, it takes a quarter less time. With that,
+-O2 takes half as long again to compile as -O1, and the result is only a twentieth faster.
 """
 
 _LINES_SHOWN: Final = 12

@@ -8,8 +8,10 @@ Each iteration, at z with gradient g and Hessian H:
 3. the best of several step lengths along the projection of z + alpha p on the bounds is taken, or z is kept;
 4. lambda falls after a full step and grows when no step length helped (Levenberg-Marquardt).
 
-The number of iterations is fixed: no branch depends on the numbers, so that each solve takes the same time and the
-caller supplies all memory. The residual of the optimality conditions is that of `bounded`.
+The search ends with the first iteration that finds z converged. It still makes its step, by which a residual of 1e-6
+becomes one of 1e-10, and it makes it in full, undamped: so close to the optimum, the costs of the step lengths differ
+by rounding only, and choosing by them stops short of the minimiser. The residual of the optimality conditions is that
+of `bounded`.
 
 References: D. P. Bertsekas, SIAM J. Control and Optimization 20 (1982); J. Nocedal, S. Wright, Numerical
 Optimization (2006), 3.4 and 16.7.
@@ -34,12 +36,17 @@ from components.controller.algorithms.bounded import (
     solution,
     symbolic,
 )
+from components.controller.algorithms.repetition import repeated
 from components.interfaces.maths import Array
 from components.interfaces.record import pack
 
 _STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05, 0.01)
 _SMALLEST_PIVOT = 1e-9
 _DAMPING_ON_FAILURE = 1e-3
+_ROUNDING = 1e-9
+"""The share of the cost by which trials may differ without meaning, once z has converged."""
+_NO_STEP = 1e-12
+"""The largest element of a step that is rounding itself."""
 
 
 def minimise(
@@ -51,26 +58,28 @@ def minimise(
         problem: A record of numbers or of graph symbols.
         dimensions: The structural constants that give the lengths of its arrays.
         z_start: Where the search begins, of shape (n,).
-        iterations: How many are made, in any case.
-        tolerance: Residual of the optimality conditions above which an iteration counts as needed.
+        iterations: How many are made at most.
+        tolerance: Residual of the optimality conditions up to which z has converged; above it, an iteration counts as
+            needed.
 
     Returns:
         The solution, in numbers or graph symbols as the problem is.
     """
     kind, key = type(problem), tuple(dimensions.items())
-    iterate = _iteration(kind, key, z_start.shape[0])
+    search = _search(kind, key, z_start.shape[0], iterations)
     data = pack(problem)
-    z: Any = z_start
-    damping: Any = 0.0
-    count: Any = 0.0
-    for _ in range(iterations):
-        z, damping, count = iterate(z, damping, count, data, tolerance)
+    z, _, count = search(z_start, 0.0, 0.0, data, tolerance)
     return solution(kind, key, data, z, count)
 
 
 @cache
+def _search(kind: type, dimensions: Dimensions, n: int, iterations: int) -> ca.Function:
+    """``search(z, damping, count, data, tolerance) -> (z, damping, count)``."""
+    return repeated(_iteration(kind, dimensions, n), iterations)
+
+
 def _iteration(kind: type, dimensions: Dimensions, n: int) -> ca.Function:
-    """``iterate(z, damping, count, data, tolerance) -> (z, damping, count)``."""
+    """``iterate(z, damping, count, data, tolerance) -> (z, damping, count, converged)``."""
     problem = symbolic(kind, dimensions, n)
     z, data, J = problem.z, problem.data, problem.cost
     H, g = ca.hessian(J, z)
@@ -78,19 +87,20 @@ def _iteration(kind: type, dimensions: Dimensions, n: int) -> ca.Function:
     kkt = residual(problem, g)
 
     damping, count, tolerance = ca.SX.sym("damping"), ca.SX.sym("count"), ca.SX.sym("tolerance")
-    p = _direction(problem, g, H, damping)
+    converged = kkt <= tolerance
+    p = _direction(problem, g, H, ca.if_else(converged, 0, damping))
+    slack = ca.if_else(ca.logic_and(converged, ca.norm_inf(p) > _NO_STEP), _ROUNDING * ca.fabs(J), 0)
     best_z, best, taken = z, J, ca.SX(0)
     for alpha in reversed(_STEP_LENGTHS):
         trial = projected(problem, z + alpha * p)
         trial_cost = value(trial, data)
-        better = trial_cost < best
+        better = trial_cost < best + slack  # the longest comes last
         best_z, best = ca.if_else(better, trial, best_z), ca.if_else(better, trial_cost, best)
         taken = ca.if_else(better, alpha, taken)
     grown = ca.fmax(10 * damping, _DAMPING_ON_FAILURE)
     next_damping = ca.if_else(taken <= 0, grown, ca.if_else(taken >= 1, damping / 10, damping))
-    return ca.Function(
-        "iterate", [z, damping, count, data, tolerance], [best_z, next_damping, count + (kkt > tolerance)]
-    )
+    results: Any = ca.cse([best_z, next_damping, count + (kkt > tolerance), converged])
+    return ca.Function("iterate", [z, damping, count, data, tolerance], results)
 
 
 def _direction(problem: SymbolicProblem, g: Any, H: Any, damping: Any) -> Any:

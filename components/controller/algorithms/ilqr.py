@@ -6,6 +6,7 @@
 Each iteration linearises every stage along the present trajectory, sweeps backwards for a correction of the inputs
 ``u_i + alpha k_i + K_i (x - x_i)`` and keeps the best of several step lengths alpha, or the old inputs. Inputs that a
 correction would push over a bound are clamped there, their feedback is zero. Work and memory grow linearly with N.
+The search ends with the first iteration whose full correction is too small to matter.
 
 A residual ``sqrt(w) max(0, g)`` is the constraint g <= 0 with a slack that costs w times its square, the slack
 eliminated: it weighs nothing while the constraint holds.
@@ -26,6 +27,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from components.controller.algorithms.repetition import repeated
 from components.interfaces.maths import Array, is_symbolic
 from components.interfaces.record import pack, size, unpack
 from components.interfaces.staging import column_of, symbols
@@ -33,6 +35,8 @@ from components.interfaces.staging import column_of, symbols
 _STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05)
 _SMALLEST_DAMPING = 1e-6
 _LARGEST_DAMPING = 1e6
+_NO_CORRECTION = 1e-9
+"""The largest correction of an input that does not matter."""
 
 
 @dataclass(frozen=True)
@@ -78,23 +82,18 @@ def optimise(  # noqa: PLR0913 - the parts of the problem
         x_start: The state at the first stage, a record.
         u_start: The inputs that the search begins with, of shape (n_u N,), one record below the other.
         N: Number of stages with an input.
-        iterations: How many are made, in any case.
+        iterations: How many are made at most.
 
     Returns:
         The best trajectory, which is that of `u_start` where no iteration lowered the cost.
     """
-    iterate, roll = _functions(stages, N)
+    search, roll = _functions(stages, N, iterations)
     n_u = size(stages.input)
     p, x_0 = pack(constants), pack(x_start)
     u: Any = ca.reshape(u_start, n_u, N)
     table = ca.reshape(data, size(stages.stage), N + 1)
     x, cost = roll(p, table, x_0, u)
-    damping: Any = 0.0
-    before, count = cost, 0.0
-    for _ in range(iterations):
-        before = cost
-        u, x, cost, damping = iterate(p, table, x_0, u, x, cost, damping)
-        count = count + (cost < before)
+    u, x, cost, before, count, _ = search(u, x, cost, cost, 0.0, 0.0, p, table, x_0)
     best = Trajectory(ca.vec(u), ca.vec(x), cost, (before - cost) / (1e-9 + ca.fabs(cost)), count)
     if is_symbolic(cost):
         return best
@@ -103,8 +102,8 @@ def optimise(  # noqa: PLR0913 - the parts of the problem
 
 
 @cache
-def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
-    """One iteration, and the trajectory of given inputs; loops over the stages, so that the C stays small."""
+def _functions(stages: Stages, N: int, iterations: int) -> tuple[ca.Function, ca.Function]:
+    """The search, and the trajectory of given inputs; loops over the stages, so that the C stays small."""
     n_x, n_u = size(stages.state), size(stages.input)
     p = ca.MX.sym("p", size(stages.constants))
     data = ca.MX.sym("data", size(stages.stage), N + 1)
@@ -112,19 +111,22 @@ def _functions(stages: Stages, N: int) -> tuple[ca.Function, ca.Function]:
     k, K, alpha = ca.MX.sym("k", n_u, N), ca.MX.sym("K", n_u, n_x * N), ca.MX.sym("alpha")
     corrected = _corrected(stages, N, (p, data, x_0, u, x, k, K, alpha))
 
-    damping, cost_before = ca.MX.sym("damping"), ca.MX.sym("cost")
+    damping, cost, before, count = (ca.MX.sym(name) for name in ("damping", "cost", "before", "count"))
     k_all, K_all = _gains(stages, N, p, data, u, x, damping)
-    best = u, x, cost_before, ca.MX(0)
+    best = u, x, cost, ca.MX(0)
     for length in reversed(_STEP_LENGTHS):
         trial = corrected(p, data, x_0, u, x, k_all, K_all, length)
         better = trial[2] < best[2]
         best = tuple(ca.if_else(better, new, old) for new, old in zip((*trial, ca.MX(length)), best, strict=True))
     worse = ca.fmin(ca.fmax(10 * damping, _SMALLEST_DAMPING), _LARGEST_DAMPING)
     next_damping = ca.if_else(best[3] <= 0, worse, damping / 10)
-    iterate = ca.Function("iterate", [p, data, x_0, u, x, cost_before, damping], [*best[:3], next_damping])
+    # Damping makes the corrections small, too, so that small ones say nothing while there is much of it.
+    done = ca.logic_and(ca.norm_inf(ca.vec(k_all)) <= _NO_CORRECTION, damping <= _SMALLEST_DAMPING)
+    after = [*best[:3], cost, count + (best[2] < cost), next_damping, done]
+    iterate = ca.Function("iterate", [u, x, cost, before, count, damping, p, data, x_0], after)
 
     zero = corrected(p, data, x_0, u, ca.MX(n_x, N + 1), ca.MX(n_u, N), ca.MX(n_u, n_x * N), 0)
-    return iterate, ca.Function("roll", [p, data, x_0, u], list(zero[1:]))
+    return repeated(iterate, iterations), ca.Function("roll", [p, data, x_0, u], list(zero[1:]))
 
 
 def _corrected(stages: Stages, N: int, arguments: Any) -> ca.Function:
