@@ -46,6 +46,7 @@ from components.interfaces.buses import SLOTS, ObstacleList, VehicleState
 from components.interfaces.maths import both, cos, either, fmax, fmin, is_number, negate, sqrt, where
 from components.interfaces.quantity import quantity
 from components.interfaces.record import combine, record
+from components.interfaces.staging import staged_if
 
 KEEP, OUT, BESIDE, BACK = range(4)
 """Phases: in the own lane, changing out, in the other lane, changing back."""
@@ -70,6 +71,14 @@ class Manoeuvre:
     y_o: float = quantity("m", "boundary corner of the obstacle that is passed first, across the road")
     third: float = quantity("1", "1 where the change goes to the third lane, 0 where to the adjacent one")
     v_d: float = quantity("m/s", "speed to drive at: v_ref, or less behind an obstacle that cannot be passed")
+
+
+@record
+class _Planned:
+    """What is planned by one of the ways into another lane."""
+
+    manoeuvre: Manoeuvre
+    begins: float = quantity("1", "1 where a change that is needed can be begun by it, now or later, else 0")
 
 
 def no_manoeuvre() -> Manoeuvre:
@@ -124,20 +133,28 @@ def plan(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: Obstacle
     """
     seen = _Seen(lanes, before, ego, obstacles)
     was_third = before.third > 0
-    adjacent, adjacent_begins = _by_way(seen, to_adjacent(lanes), 0.0)
-    third, third_begins = _by_way(seen, to_third(lanes), 1.0)
-    prefers_third = either(negate(adjacent_begins), both(seen.pending, was_third))
-    takes_third = where(seen.keep, both(third_begins, prefers_third), was_third)
+    adjacent = _by_adjacent_lane(lanes, before, ego, obstacles)
+    third = staged_if(has_third(lanes), _by_third_lane, _Planned, {}, lanes, before, ego, obstacles)
+    prefers_third = either(negate(adjacent.begins > 0), both(seen.pending, was_third))
+    takes_third = where(seen.keep, both(third.begins > 0, prefers_third), was_third)
     chosen = both(has_third(lanes), takes_third)
 
     def taken(by_third: float, by_adjacent: float) -> float:
         return where(chosen, by_third, by_adjacent)
 
-    return combine(taken, third, adjacent)
+    return combine(taken, third.manoeuvre, adjacent.manoeuvre)
 
 
-def _by_way(seen: _Seen, way: Way, third: float) -> tuple[Manoeuvre, bool]:
-    """The manoeuvre if it goes by one way, and whether a change that is needed can be begun by it now or later."""
+def _by_adjacent_lane(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> _Planned:
+    return _by_way(_Seen(lanes, before, ego, obstacles), to_adjacent(lanes), 0.0)
+
+
+def _by_third_lane(lanes: Lanes, before: Manoeuvre, ego: VehicleState, obstacles: ObstacleList) -> _Planned:
+    return _by_way(_Seen(lanes, before, ego, obstacles), to_third(lanes), 1.0)
+
+
+def _by_way(seen: _Seen, way: Way, third: float) -> _Planned:
+    """The manoeuvre if it goes by one way."""
     lanes, before, ego, obstacles = seen.lanes, seen.before, seen.ego, seen.obstacles
     keep = seen.keep
     pending = both(seen.pending, (before.third > 0) == (third > 0))  # by this way
@@ -161,7 +178,7 @@ def _by_way(seen: _Seen, way: Way, third: float) -> tuple[Manoeuvre, bool]:
 
     phase = where(both(begins, ego.x >= x_1), float(OUT), before.phase)
     phase = _advanced(phase, ego.x, x_7, x_8, x_8 + way.length, may_return)
-    return Manoeuvre(
+    manoeuvre = Manoeuvre(
         phase=phase,
         planned=where(begins, 1.0, where(dropped, 0.0, before.planned)),
         located=where(located, 1.0, before.located),
@@ -172,7 +189,8 @@ def _by_way(seen: _Seen, way: Way, third: float) -> tuple[Manoeuvre, bool]:
         y_o=where(begins, ahead.corner[1], before.y_o),
         third=where(begins, third, before.third),
         v_d=_speed(seen, way, phase, both(keep, negate(begins)), x_8 + way.length),
-    ), begins
+    )
+    return _Planned(manoeuvre=manoeuvre, begins=where(begins, 1.0, 0.0))
 
 
 def _start(seen: _Seen, begins: bool) -> tuple[bool, float]:  # noqa: FBT001 - a condition of the equations

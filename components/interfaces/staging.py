@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 import casadi as ca
 import numpy as np
 
-from components.interfaces.record import leaves, pack, unpack, variables
+from components.interfaces.maths import is_symbolic, where
+from components.interfaces.record import combine, leaves, pack, unpack, variables
 
 _Y = TypeVar("_Y")
 
@@ -44,15 +45,48 @@ def staged(function: Callable[..., _Y], returns: type[_Y], dimensions: dict[str,
         dimensions: The structural constants that give array lengths.
         arguments: Records of numbers or symbols.
     """
-    flat = [leaf for a in arguments for leaf in leaves(a)]
-    if not any(isinstance(leaf, ca.MX) for leaf in flat):
+    if not any(isinstance(leaf, ca.MX) for leaf in _all_leaves(arguments)):
         return function(*arguments)
+    column: Any = _lowered(function, dimensions, arguments)(*(pack(a) for a in arguments))
+    return unpack(returns, column, dimensions)
+
+
+def staged_if(
+    condition: Any, function: Callable[..., _Y], returns: type[_Y], dimensions: dict[str, int], *arguments: Any
+) -> _Y:
+    """`function(*arguments)` where a condition holds, and a record of zeros elsewhere.
+
+    With symbols of either kind the call stands behind an `if` in the generated C: where the condition does not hold,
+    the equations cost no time. (`where` evaluates both of its branches.)
+
+    Args:
+        condition: Whether the result is needed.
+        function: The equations; its name becomes that of the function in C.
+        returns: The type of the result.
+        dimensions: The structural constants that give array lengths.
+        arguments: Records of numbers or symbols.
+    """
+    if not any(map(is_symbolic, (condition, *_all_leaves(arguments)))):
+        return combine(lambda value: where(condition, value, 0.0), function(*arguments))
+    body = _lowered(function, dimensions, arguments)
+    zeros = ca.Function("zeros", body.sx_in(), [ca.DM.zeros(body.sparsity_out(0).shape)])
+    choice = ca.Function.if_else("choice", body, zeros)
+    inputs = choice.mx_in()
+    # scalar symbols call only what must not be inlined
+    call = ca.Function(f"{body.name()}_if", inputs, choice.call(inputs), {"never_inline": True})
+    return unpack(returns, call(condition, *(pack(a) for a in arguments)), dimensions)
+
+
+def _all_leaves(arguments: tuple[Any, ...]) -> list[Any]:
+    return [leaf for a in arguments for leaf in leaves(a)]
+
+
+def _lowered(function: Callable[..., Any], dimensions: dict[str, int], arguments: tuple[Any, ...]) -> ca.Function:
+    """The equations as a function of the columns of their arguments, by scalar operations."""
     columns, records = zip(*(symbols(type(a), dimensions, name=f"a{i}") for i, a in enumerate(arguments)), strict=True)
     # Loops in the equations give equal expressions many times.
     expressions = ca.cse(ca.SX(column_of(function(*records))))
-    body = ca.Function(function.__name__.strip("_"), list(columns), [expressions])
-    column: Any = body(*(pack(a) for a in arguments))
-    return unpack(returns, column, dimensions)
+    return ca.Function(function.__name__.strip("_"), list(columns), [expressions])
 
 
 def column_of(value: object) -> Any:

@@ -38,6 +38,13 @@ def test_a_sampled_block_has_its_equations_once() -> None:
     assert "int model_output(" not in text
 
 
+def test_a_solve_and_a_third_lane_stand_once_behind_an_if() -> None:
+    text = equations_source(lower(BLOCKS["mpc"]))
+    for name in ("iterate", "by_third_lane"):
+        assert text.count(f"/* {name}:") == 1
+    assert text.count("if (arg[0] ? casadi_to_int(*arg[0]) : 0) {") == 2
+
+
 def test_generating_twice_gives_the_same_text() -> None:
     assert equations_source(lower(RAMP)) == equations_source(lower(RAMP))
 

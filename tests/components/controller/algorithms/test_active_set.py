@@ -155,6 +155,20 @@ def test_a_curved_valley_is_followed_to_its_end(reach, optimum):
     assert found.kkt < 1e-6
 
 
+def test_what_has_not_converged_ends_at_the_bound():
+    found = minimise(Valley(steep=100.0, reach=2.0), {}, np.array([-1.2, 0.4]), iterations=3, tolerance=1e-6)
+    assert found.iterations == 3.0
+    assert found.kkt > 1e-6
+
+
+def test_what_has_converged_makes_its_last_step_in_full():
+    """Chosen by cost, the step would be any: costs this near to the minimum differ by rounding."""
+    start = np.array([1.0 + 2e-8, 1.0 + 4e-8])
+    found = minimise(Valley(steep=1.0, reach=2.0), {}, start, iterations=1, tolerance=1e-6)
+    assert found.iterations == 0.0
+    assert found.z == pytest.approx([1.0, 1.0], abs=1e-12)
+
+
 @settings(max_examples=20)
 @given(problem=quadratics)
 def test_symbols_and_numbers_give_the_same_bits(problem):
