@@ -8,8 +8,8 @@ Some of what is used is no part of FMPy's public interface and has to be compare
 
 * the package data in `c-code`, `schema`, `ssp/schema` and `logging`, by the names of folders and files;
 * of an object of an FMU class: `dll`, the loaded library, whose functions are called directly in every step,
-  `component`, the pointer to the instance, and `_loadFunctions`, the method that looks up all functions of FMI and that
-  tells the version by the first letters of the name of the class;
+  `component`, the pointer to the instance, `_loadFunctions`, the method that looks up all functions of FMI, and
+  `_functions`, where its methods find them by their own names;
 * that it reads a model description with lxml's default parser (`_model`);
 * the names of the methods of these classes, which tell the functions that FMPy expects of a library
   (`required_functions`);
@@ -64,7 +64,7 @@ from fmus.toolchain.description_breach import DescriptionBreach, as_phrase, brea
 from fmus.toolchain.description_repair import contradictions_with_initial, named_version, separate_by_single_blanks
 from fmus.toolchain.door import exception_in_words
 from fmus.toolchain.fmi1_description import complete
-from fmus.toolchain.function_library import FunctionLibrary
+from fmus.toolchain.function_library import BoundFunctions, FunctionLibrary
 from fmus.toolchain.version import Version
 
 if TYPE_CHECKING:
@@ -227,9 +227,8 @@ class _AnyFunctions:
         super().__init__(**arguments)
 
     def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
-        own = f"{self.modelIdentifier}_" if isinstance(self, fmi1.FMU1Slave | fmi1.FMU1Model) else ""
-        self.dll = FunctionLibrary(self.dll, self._function_prefix, FMICallException, own)
-        super()._loadFunctions()  # type: ignore[misc]
+        self.dll = FunctionLibrary(self.dll, self._function_prefix, FMICallException)
+        self._functions = BoundFunctions(self.dll, type(self))
 
 
 class FMU1Slave(_AnyFunctions, fmi1.FMU1Slave):

@@ -5,9 +5,12 @@
 from __future__ import annotations
 
 import ctypes
+import inspect
+import types
 from collections.abc import Callable, Collection
 from ctypes import CDLL
-from typing import Any, Final
+from functools import cache
+from typing import Any, Final, get_args
 
 from fmus.toolchain.last_call import noted
 
@@ -23,33 +26,60 @@ class FunctionLibrary(CDLL):
         library: The library.
         prefix: What stands before the names of its functions.
         failure: The error of a call, by the name of the function and the FMI status.
-        own_prefix: What FMPy puts before the names that it looks up.
     """
 
-    def __init__(
-        self, library: CDLL, prefix: str, failure: Callable[[str, int], Exception], own_prefix: str = ""
-    ) -> None:
+    def __init__(self, library: CDLL, prefix: str, failure: Callable[[str, int], Exception]) -> None:
         super().__init__(library._name, handle=library._handle)  # noqa: SLF001 - ctypes has no public name for them
-        self._prefix, self._own_prefix = prefix, own_prefix
+        self._prefix = prefix
         self.failure = failure
         self.warned: Callable[[str], None] = lambda _: None
         """Called with the name of a function that returned a warning."""
 
     def __getattr__(self, name: str) -> Any:
-        """As FMPy looks a function up: its calls are noted, and its status is looked at."""
+        """A function for FMPy: its calls are noted, and its status is looked at."""
         if name.startswith("__"):
             raise AttributeError(name)
-        return _CheckedFunction(name.removeprefix(self._own_prefix), self[name], self)
+        return _CheckedFunction(name, self[name], self)
 
     def __getitem__(self, name: Any) -> Any:
         """A function by its name in FMI; one that is absent can be looked up, but not be called."""
-        name = name.removeprefix(self._own_prefix)
         for candidate in (f"{self._prefix}{name}", name):
             try:
                 return super().__getitem__(candidate)
             except AttributeError:
                 pass
         return _AbsentFunction(self.failure(name, _ERROR))
+
+
+class BoundFunctions(dict[str, Any]):
+    """The functions of a library by FMPy's names for them, each looked up when it is first called.
+
+    FMPy looks up all of them beforehand, and inspects each of its methods for every instance.
+
+    Args:
+        library: The library.
+        described: FMPy's class of the FMU: the annotations of its methods tell the types of the functions.
+    """
+
+    def __init__(self, library: FunctionLibrary, described: type) -> None:
+        super().__init__()
+        self._library, self._described = library, described
+
+    def __missing__(self, name: str) -> Any:
+        # FMPy calls the functions of FMI 1.0 `fmi1...`, where the standard has `fmi...`
+        function = self[name] = getattr(self._library, name.replace("fmi1", "fmi", 1))
+        function.argtypes, function.restype = _types(self._described, name)
+        return function
+
+
+@cache
+def _types(described: type, name: str) -> tuple[list[Any], Any]:
+    """The types of the arguments and of the result that a method of FMPy's declares; of alternatives the first."""
+    signature = inspect.signature(getattr(described, name))
+    declared = [parameter.annotation for parameter in signature.parameters.values()][1:]  # without `self`
+    arguments = [get_args(kind)[0] if isinstance(kind, types.UnionType) else kind for kind in declared]
+    result = signature.return_annotation
+    return arguments, {bytes: ctypes.c_char_p, int: ctypes.c_int}.get(result, result)
 
 
 class _AbsentFunction:

@@ -6,8 +6,16 @@ import ctypes
 
 import pytest
 
-from fmus.toolchain.fmpy_library import FMICallException
-from fmus.toolchain.function_library import FunctionLibrary, function_prefix
+from fmus.toolchain.fmpy_library import (
+    FMICallException,
+    FMU1Model,
+    FMU1Slave,
+    FMU2Model,
+    FMU2Slave,
+    FMU3Model,
+    FMU3Slave,
+)
+from fmus.toolchain.function_library import BoundFunctions, FunctionLibrary, _types, function_prefix
 from fmus.toolchain.version import Version
 from tests.fmus.foreign import kept_folder, library
 
@@ -57,3 +65,21 @@ def test_an_absent_function_can_be_looked_up_but_not_called(functions):
 def test_a_prefix_is_found():
     assert function_prefix(["a_fmi2DoStep"], "m", "fmi2DoStep") == "a_"
     assert function_prefix(["fmi2DoStep"], "m", "fmi2DoStep") == ""
+
+
+def test_functions_are_bound_when_they_are_first_called(functions):
+    bound = BoundFunctions(functions, FMU2Slave)
+    assert not bound
+    reset = bound["fmi2Reset"]
+    assert (reset.argtypes, reset.restype) == ([ctypes.c_void_p], ctypes.c_int)
+    assert bound["fmi2Reset"] is reset
+    assert list(bound) == ["fmi2Reset"]
+    assert bound["fmi2GetVersion"].restype is ctypes.c_char_p
+
+
+@pytest.mark.parametrize("fmu_class", [FMU1Slave, FMU1Model, FMU2Slave, FMU2Model, FMU3Slave, FMU3Model])
+def test_fmpy_tells_the_types_of_all_functions(fmu_class):
+    for name in (name for name in dir(fmu_class) if name.startswith("fmi")):
+        arguments, result = _types(fmu_class, name)
+        assert all(isinstance(kind, type) for kind in arguments), name
+        assert result is None or issubclass(result, ctypes._SimpleCData), name
