@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Collection
 from contextlib import suppress
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 import fmus
+from fmus.toolchain.file_digest import digest_of
 
 STAMP_PATH: Final = "extra/org.macrostep/build.json"
 """The file of an FMU that holds the stamp it was built with."""
@@ -30,7 +30,7 @@ def built_folder() -> Path:
 
 def note_build(path: Path) -> None:
     """Note that the FMU at `path` was built here, in whatever folder it lies."""
-    line = f"{_digest(path)}\n".encode()
+    line = f"{digest_of(path)}\n".encode()
     listed = built_folder() / _LIST
     with suppress(OSError):  # without the list the FMU is taken for a foreign one, which costs microseconds per step
         listed.parent.mkdir(parents=True, exist_ok=True)
@@ -53,14 +53,9 @@ def is_own_build(path: Path, files: Collection[str]) -> bool:
     try:
         listed = built_folder() / _LIST
         facts = listed.stat()
-        return _digest(path) in _listed(listed, facts.st_mtime_ns, facts.st_size)
+        return digest_of(path) in _listed(listed, facts.st_mtime_ns, facts.st_size)
     except OSError:
         return False
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @lru_cache(maxsize=1)

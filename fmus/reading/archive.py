@@ -87,12 +87,16 @@ class Archive:
     """Variables of FMI 1.0 whose values are the negative ones of those of the library."""
     library: str | None = None
     """The path of the library for this platform in it; None where it has none, so that its sources are compiled."""
+    library_digest: str = ""
+    """The SHA-256 of that library."""
     code: MachineCode = field(default_factory=MachineCode)
     """What that library says of itself."""
     chosen: InterfaceType = InterfaceType.CO_SIMULATION
     """The interface type that is used."""
     unpacked: Path | None = None
     """Where its files lie already; without it each unit unpacks them, and has the library for itself."""
+    shares_files: bool = False
+    """Whether units take the files from the user's cache instead, so that several have the same library."""
     where: str = ""
     """How messages name it: its path, or its place in the SSP that it was taken from."""
 

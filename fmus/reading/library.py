@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import os
 import posixpath
 from collections.abc import Collection
@@ -49,11 +50,12 @@ def with_library(archive: Archive, *, lenient: bool) -> Archive:
     path = path if path in archive.files else alternative
     if path not in archive.files:
         return _noted(archive, _compiled(archive, ""))
-    code = machine_code(read_file(archive.path, path))
+    content = read_file(archive.path, path)
+    code = machine_code(content)
     other = f"a library for {' and '.join(code.platforms)}" if platform_tuple() not in code.platforms else ""
     if other and (code.platforms or declared_sources(archive) is not None):
         return _noted(archive, _compiled(archive, code.problem or other))
-    archive = replace(archive, library=path, code=code)
+    archive = replace(archive, library=path, library_digest=hashlib.sha256(content).hexdigest(), code=code)
     return archive if code.exports is None else _noted(archive, *_function_remarks(archive, code.exports, lenient))
 
 

@@ -143,6 +143,12 @@ def _check(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, where: str, valid: 
         raise refuse(where, found, valid, _REPACK) from error
 
 
+def checksums(path: Path) -> dict[str, tuple[int, int]]:
+    """Size and CRC-32 of each file in an archive that has been read before. Raises what Python does for another."""
+    with zipfile.ZipFile(path) as archive:
+        return {_name(e): (e.file_size, e.CRC) for e in archive.infolist() if not _is_folder(e)}
+
+
 def read_file(path: Path, name: str) -> bytes:
     """The content of one file of an archive that has been read before. Raises `RequestError` as `read` does."""
     where = f"{path}, {name}"

@@ -43,6 +43,10 @@ LONGEST_FILE_NAME: Final = 255
 """[byte] The longest name of a file or folder, as most file systems have it."""
 DEEPEST_PATH: Final = 64
 """The most folders inside each other."""
+LARGEST_CACHE: Final = 2 * 2**30
+"""[byte] What is kept of unpacked FMUs in the user's cache; the ones that were used longest ago go first."""
+MOST_KEPT: Final = 256
+"""The most FMUs that are kept there."""
 
 LARGEST_XML: Final = 512 * 2**20
 """[byte] More than the longest description has: an array may have 10 million elements."""

@@ -23,6 +23,7 @@ from components.interfaces.problem import refuse
 from components.interfaces.quantity import DTYPES
 from components.interfaces.record import Variable
 from fmus.reading.archive import VALID_FMU, Archive
+from fmus.reading.kept_files import kept_files
 from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
 from fmus.toolchain.fmpy_library import FMICallException
@@ -76,7 +77,7 @@ class FmuUnit(Unit):
         self._stop_is_told = False
         self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
-            folder = archive.unpacked or self._unpacked()
+            folder = archive.unpacked or self._kept() or self._unpacked()
             self._fmu = loaded(self._fmpy_class(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
             self._fmu.dll.warned = lambda function: self.warned(function=f"`{function}`")
@@ -87,6 +88,15 @@ class FmuUnit(Unit):
             raise
         if archive.interface.rolls_back:
             self.state = FmuState(self._fmu, self.api, self._check)
+
+    def _kept(self) -> Path | None:
+        """The folder with the files of the FMU in the user's cache, where this unit may share them."""
+        if not self._archive.shares_files:
+            return None
+        kept = kept_files(self._archive)
+        if kept.remark:
+            self.remark(kept.remark)
+        return kept.folder
 
     def _unpacked(self) -> Path:
         """The folder with the files of the FMU, for this unit alone."""

@@ -11,6 +11,7 @@ from typing import Any, Final
 from typing_extensions import override
 
 from components.interfaces.quantity import Type
+from fmus.reading.kept_files import sharing
 from fmus.toolchain.child_process import ParentProcess
 from fmus.toolchain.last_call import note_calls
 from fmus.toolchain.sealed_messages import MessageSizeError
@@ -94,7 +95,7 @@ class _Host:
         archive = request.archive
         self._inputs, self._outputs = map_columns(archive.interface, request.memory)  # before it can close anything
         let_go(request.memory)
-        self._unit = fmu_unit(request.name, archive)
+        self._unit = fmu_unit(request.name, sharing(archive))
         self._methods = _methods(self._unit, self._inputs, self._outputs)
         self._told = 0
         """The number of remarks that have been sent."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from components.interfaces.buses import Actuation
+from fmus.toolchain.file_digest import digest_of
 from orchestrator.results import metrics
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.metrics import Chosen
@@ -156,7 +156,7 @@ def _unit(system: System, name: str) -> dict[str, Any]:
     if described.isolated is not None:
         content["isolated"] = described.isolated
     if described.file is not None:
-        content |= {"file": described.file.name, "sha256": hashlib.sha256(described.file.read_bytes()).hexdigest()}
+        content |= {"file": described.file.name, "sha256": digest_of(described.file)}
     return content
 
 

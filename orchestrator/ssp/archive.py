@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -18,6 +17,7 @@ from components.interfaces.problem import MOST_PROBLEMS, OTHER_PROBLEMS, Problem
 from fmus.reading.unpack import unpack
 from fmus.reading.xml_documents import parse_xml
 from fmus.toolchain.door import reading
+from fmus.toolchain.file_digest import digest_of
 from fmus.toolchain.file_names import LEAVES, path_problem, shown_name
 from fmus.toolchain.limits import LARGEST_ARCHIVE, LARGEST_FILE_READ, MOST_SYSTEM_ELEMENTS, MOST_SYSTEMS
 from fmus.toolchain.scratch import scratch_folder
@@ -216,8 +216,7 @@ def open_package(path: Path, where: str, findings: Findings) -> Package:
 def digest(path: Path) -> str:
     """The digest of a file, by which two of the same content are known; empty where there is none to be read."""
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return digest_of(path)
     except OSError:
         return ""
 

@@ -18,6 +18,7 @@ from components.interfaces.progress import Progress
 from components.interfaces.record import Variable
 from fmus.export.own_builds import is_own_build
 from fmus.reading.archive import Archive, InterfaceType
+from fmus.reading.kept_files import sharing
 from fmus.reading.library import compile_beforehand
 from fmus.reading.observation import observable, observing
 from fmus.reading.opening import open_fmu
@@ -184,9 +185,9 @@ class Fmu(UnitSource):
         if self.patience is None and self.reuse and self.archive.is_plain_fmi3:
             from fmus.units.reused_unit import reused_unit  # noqa: PLC0415 - only sweeps need it
 
-            return reused_unit(name, self.archive)
+            return reused_unit(name, sharing(self.archive))
         if self.patience is None and self.is_own:
-            return fmu_unit(name, self.archive)
+            return fmu_unit(name, sharing(self.archive))
         # Only FMUs of other makers need these.
         if self.patience is None:
             from fmus.units.guarded_unit import GuardedUnit  # noqa: PLC0415
