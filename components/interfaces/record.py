@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import prod
 from typing import Any, TypeVar, dataclass_transform, get_type_hints
 
@@ -26,12 +26,12 @@ class Variable:
     name: str
     quantity: Quantity
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Lengths of the array; empty for a scalar."""
         return tuple(int(n) for n in self.quantity.shape)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of elements; 1 for a scalar."""
         return prod(self.shape)

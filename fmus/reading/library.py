@@ -21,8 +21,8 @@ from fmus.reading.recompile import compile_library, declared_sources, kept_for
 from fmus.reading.unpack import read_file, unpack
 from fmus.toolchain.binaries import GIT_LFS_POINTER, MachineCode, machine_code
 from fmus.toolchain.file_names import shown_name
-from fmus.toolchain.fmpy_library import freeLibrary
-from fmus.toolchain.function_library import function_prefix
+from fmus.toolchain.fmpy_library import FMICallException, freeLibrary
+from fmus.toolchain.function_library import FunctionLibrary, function_prefix
 from fmus.toolchain.platform_names import binary_path, in_words, platform_tuple
 from fmus.toolchain.scratch import scratch_folder
 from fmus.toolchain.system_libraries import not_loaded
@@ -178,20 +178,15 @@ def loaded(fmu_class: Any, archive: Archive, folder: Path, name: str) -> Any:
     try:
         identifier = archive.interface_type.modelIdentifier
         prefix = function_prefix(code.exports or (), identifier, known_function(archive.version))
-        names = all_functions(archive)
-        _refuse_incomplete(
-            archive, [n for n in names if not (hasattr(opened, n) or hasattr(opened, f"{prefix}{n}"))], where
-        )
-        return fmu_class(  # for FMI 3.0, FMPy takes no path of the library
-            prefix,
-            guid=archive.description.guid,
-            modelIdentifier=identifier,
-            unzipDirectory=str(folder),
-            instanceName=name,
-            **({} if archive.version == Version.FMI3 else {"libraryPath": str(library)}),
-        )
-    finally:
-        freeLibrary(opened._handle)  # noqa: SLF001 - FMPy has opened the library once more, and closes it only once
+        if archive.library is None or code.exports is None:  # otherwise it was known when the file was read
+            names = all_functions(archive)
+            found = [name for name in names if hasattr(opened, name) or hasattr(opened, f"{prefix}{name}")]
+            _refuse_incomplete(archive, {*names} - {*found}, where)
+        functions = FunctionLibrary(opened, prefix, FMICallException)
+        return fmu_class(functions, archive.description.guid, identifier, str(folder), name)
+    except BaseException:
+        freeLibrary(opened._handle)  # noqa: SLF001 - ctypes has no public name for it
+        raise
 
 
 def compile_beforehand(archive: Archive, progress: Progress = SILENT) -> None:

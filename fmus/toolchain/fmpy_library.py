@@ -8,8 +8,8 @@ Some of what is used is no part of FMPy's public interface and has to be compare
 
 * the package data in `c-code`, `schema`, `ssp/schema` and `logging`, by the names of folders and files;
 * of an object of an FMU class: `dll`, the loaded library, whose functions are called directly in every step,
-  `component`, the pointer to the instance, `_loadFunctions`, the method that looks up all functions of FMI, and
-  `_functions`, where its methods find them by their own names;
+  `component`, the pointer to the instance, `_functions`, where its methods find those of FMI by their own names, and
+  the other attributes that its constructor sets (`_Bound`);
 * that it reads a model description with lxml's default parser (`_model`);
 * the names of the methods of these classes, which tell the functions that FMPy expects of a library
   (`required_functions`);
@@ -219,23 +219,24 @@ def required_functions(fmu_class: type, version: Version) -> list[str]:
     return [f"fmi{name[len(prefix) :]}" for name in names] if version == Version.FMI1 else names
 
 
-class _AnyFunctions:
-    """A class of FMPy that takes libraries which lack functions, and ones whose names have a prefix."""
+class _Bound:
+    """A class of FMPy around a library that is loaded already, which may lack functions.
 
-    def __init__(self, function_prefix: str, **arguments: Any) -> None:
-        self._function_prefix = function_prefix
-        super().__init__(**arguments)
+    FMPy would load it once more, and look up and inspect all functions of FMI. The other arguments are what an instance
+    is made with: the GUID, the model identifier, the folder in which the FMU is unpacked, and the instance name.
+    """
 
-    def _loadFunctions(self) -> None:  # noqa: N802 - FMPy's name
-        self.dll = FunctionLibrary(self.dll, self._function_prefix, FMICallException)
-        self._functions = BoundFunctions(self.dll, type(self))
+    def __init__(self, library: FunctionLibrary, guid: str, identifier: str, folder: str, name: str) -> None:
+        self.dll, self._functions = library, BoundFunctions(library, type(self))
+        self.guid, self.modelIdentifier, self.unzipDirectory, self.instanceName = guid, identifier, folder, name
+        self.component = self.callbacks = self.fmiCallLogger = None
 
 
-class FMU1Slave(_AnyFunctions, fmi1.FMU1Slave):
+class FMU1Slave(_Bound, fmi1.FMU1Slave):
     """An FMI 1.0 Co-Simulation FMU."""
 
 
-class FMU1Model(_AnyFunctions, fmi1.FMU1Model):
+class FMU1Model(_Bound, fmi1.FMU1Model):
     """An FMI 1.0 Model Exchange FMU, with the modes of FMI 2.0, which it does not know."""
 
     def enterEventMode(self) -> None:  # noqa: N802 - FMI's name
@@ -245,19 +246,19 @@ class FMU1Model(_AnyFunctions, fmi1.FMU1Model):
         """Nothing."""
 
 
-class FMU2Slave(_AnyFunctions, fmi2.FMU2Slave):
+class FMU2Slave(_Bound, fmi2.FMU2Slave):
     """An FMI 2.0 Co-Simulation FMU."""
 
 
-class FMU2Model(_AnyFunctions, fmi2.FMU2Model):
+class FMU2Model(_Bound, fmi2.FMU2Model):
     """An FMI 2.0 Model Exchange FMU."""
 
 
-class FMU3Slave(_AnyFunctions, fmi3.FMU3Slave):
+class FMU3Slave(_Bound, fmi3.FMU3Slave):
     """An FMI 3.0 Co-Simulation FMU."""
 
 
-class FMU3Model(_AnyFunctions, fmi3.FMU3Model):
+class FMU3Model(_Bound, fmi3.FMU3Model):
     """An FMI 3.0 Model Exchange FMU."""
 
 

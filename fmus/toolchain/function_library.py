@@ -34,6 +34,16 @@ class FunctionLibrary(CDLL):
         self.failure = failure
         self.warned: Callable[[str], None] = lambda _: None
         """Called with the name of a function that returned a warning."""
+        self._prepared: dict[tuple[str, tuple[Any, ...]], Any] = {}
+
+    def prepared(self, name: str, arguments: tuple[Any, ...]) -> Any:
+        """A function by its name in FMI that takes these types and returns a status, which is left to the caller."""
+        key = name, arguments
+        if key not in self._prepared:
+            function = self[name]  # indexing gives a new object each time, which FMPy does not know
+            function.argtypes, function.restype = arguments, ctypes.c_int
+            self._prepared[key] = noted(name, function)
+        return self._prepared[key]
 
     def __getattr__(self, name: str) -> Any:
         """A function for FMPy: its calls are noted, and its status is looked at."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ import numpy as np
 from typing_extensions import override
 
 from components.interfaces.problem import refuse
-from components.interfaces.quantity import DTYPES
+from components.interfaces.quantity import zeros
 from components.interfaces.record import Variable
 from fmus.reading.archive import VALID_FMU, Archive
 from fmus.reading.kept_files import kept_files
@@ -28,10 +28,11 @@ from fmus.reading.library import loaded
 from fmus.reading.unpack import unpack
 from fmus.toolchain.fmpy_library import FMICallException
 from fmus.toolchain.scratch import scratch_folder
-from fmus.units.capabilities import StateCapability
 from fmus.units.fmi_api import FmiApi
+from fmus.units.fmu_state import FmuState
 from fmus.units.unit import (
     DEFAULT_SETUP,
+    Column,
     ExperimentSetup,
     Operation,
     TypedColumns,
@@ -40,6 +41,7 @@ from fmus.units.unit import (
     carry_out,
     is_failure,
     views,
+    widths,
 )
 from fmus.units.value_calls import AccessVerb, ValueCalls
 
@@ -72,6 +74,8 @@ class FmuUnit(Unit):
         self.called = lambda: self._failed_in
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
+        self._settings: dict[str, tuple[Column, Operation]] = {}
+        """For each parameter that has been set, the value, and the call that sets it."""
         self._parameters: Mapping[str, Any] = {}
         self._setup = DEFAULT_SETUP
         self._stop_is_told = False
@@ -147,6 +151,7 @@ class FmuUnit(Unit):
     def _take_address(self) -> None:
         """Note the address of the instance for the calls that are made directly."""
         self._component = int(ctypes.cast(self._fmu.component, ctypes.c_void_p).value or 0)
+        self._settings, self._setting = {}, self._value_calls()
 
     def _free_instance(self) -> None:
         getattr(self._fmu, f"{self.api.prefix}FreeInstance")(self._fmu.component)
@@ -179,9 +184,7 @@ class FmuUnit(Unit):
 
     def _each(self, verb: AccessVerb, columns: TypedColumns) -> dict[str, Operation]:
         """A call for each input or output, by name."""
-        variables = self.interface.inputs if verb == "Set" else self.interface.recorded
-        slots = views(variables, columns)
-        return {v.name: self._calls.mover(verb, [v], slots[v.name]) for v in variables}
+        return self._calls.each(verb, self.interface.inputs if verb == "Set" else self.interface.recorded, columns)
 
     @override
     def enter_initialization(self, parameters: Mapping[str, Any], setup: ExperimentSetup = DEFAULT_SETUP) -> None:
@@ -208,23 +211,33 @@ class FmuUnit(Unit):
         self.remarks.append(f"it does not run without the stop time, so it was told {self._setup.stop:g} s")
 
     def _set_parameters(self, parameters: Mapping[str, Any], *, structural: bool = False) -> None:
-        calls = self._value_calls()
-        for variable in (*self.interface.parameters, *self.interface.initials):
-            if variable.name in parameters and (variable.name in self._archive.structural) is structural:
-                self._set_parameter(calls, variable, parameters[variable.name])
+        given = [v for v in (*self.interface.parameters, *self.interface.initials) if v.name in parameters]
+        wanted = [v for v in given if (v.name in self._archive.structural) is structural]
+        self._prepare_setting(wanted)
+        for variable in wanted:
+            self._set_parameter(variable, parameters[variable.name])
 
-    def _set_parameter(self, calls: ValueCalls, variable: Variable, value: Any) -> None:
-        column = np.array(value, dtype=DTYPES[variable.quantity.type]).ravel()
-        status = calls.mover("Set", [variable], column)()
-        if is_failure(status):
+    def _prepare_setting(self, variables: Iterable[Variable]) -> None:
+        """Prepare the calls that set parameters, which a reset leaves valid."""
+        new = [v for v in variables if v.name not in self._settings]
+        columns = {kind: zeros(kind, n) for kind, n in widths(new).items()}
+        moves, slots = self._setting.each("Set", new, columns), views(new, columns)
+        self._settings |= {v.name: (slots[v.name], moves[v.name]) for v in new}
+
+    def _set_parameter(self, variable: Variable, value: Any) -> None:
+        slot, move = self._settings[variable.name]
+        slot[:] = np.ravel(np.array(value, dtype=slot.dtype)) if variable.shape else value
+        if (status := move()) and is_failure(status):
             action = f"setting the parameter {variable.name} to {value} (status {status})"
             raise UnitError(self.name, action, self.messages)
-        self.warned(status, f"setting the parameter {variable.name}")
+        if status:
+            self.warned(status, f"setting the parameter {variable.name}")
 
     @override
     def tune(self, parameter: str, value: Any) -> None:
         variable = next(v for v in self.interface.parameters if v.name == parameter)
-        self._set_parameter(self._value_calls(), variable, value)
+        self._prepare_setting([variable])
+        self._set_parameter(variable, value)
 
     @override
     def setters(self) -> list[Operation]:
@@ -261,32 +274,3 @@ def in_words(error: Exception) -> str:
     if isinstance(error, FMICallException):
         return str(error)
     return f"its answer is none that can be ({type(error).__name__}{f': {error}' if str(error) else ''})"
-
-
-class FmuState(StateCapability):
-    """The FMU state, which stays inside the FMU; a saved state is a pointer to it."""
-
-    def __init__(self, fmu: Any, api: FmiApi, check: Callable[..., Any]) -> None:
-        self._check = check
-        self._get, self._set, self._free = (getattr(fmu, n) for n in (api.get_state, api.set_state, api.free_state))
-        self._write, self._read = fmu.serializeFMUState, fmu.deserializeFMUState
-
-    @override
-    def save(self) -> Any:
-        return self._check("its state could not be saved", self._get)
-
-    @override
-    def restore(self, state: Any) -> None:
-        self._check("its state could not be restored", self._set, state)
-
-    @override
-    def forget(self, state: Any) -> None:
-        self._check("its state could not be released", self._free, state)
-
-    def serialized(self, state: Any) -> bytes:
-        """A saved state as bytes, for `deserialized` in any process. Raises `UnitError`."""
-        return bytes(self._check("its state could not be written", self._write, state))
-
-    def deserialized(self, content: bytes) -> Any:
-        """A state of bytes that `serialized` gave, for `restore`. Raises `UnitError`."""
-        return self._check("its state could not be read", self._read, content)

@@ -9,18 +9,17 @@ several times faster than to convert arguments on each call.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 
 from components.interfaces.quantity import Type
 from components.interfaces.record import Variable
-from fmus.toolchain.last_call import noted
 from fmus.units.fmi_api import FmiApi
 from fmus.units.given_values import GivenValues
 from fmus.units.prepared_calls import AccessCall, CallSeries, Copy
-from fmus.units.unit import Column, Operation, TypedColumns, Unit, by_type, is_failure
+from fmus.units.unit import Column, Operation, TypedColumns, Unit, by_type, is_failure, views
 
 AccessVerb: TypeAlias = Literal["Set", "Get"]
 ADDRESS: Final = ctypes.c_size_t
@@ -29,10 +28,7 @@ ADDRESS: Final = ctypes.c_size_t
 
 def library_function(fmu: Any, api: FmiApi, name: str, arguments: Sequence[Any]) -> Any:
     """A function of the library, by its name without the prefix, with argument types of its own."""
-    whole = f"{api.prefix}{name}"
-    function = fmu.dll[whole]  # indexing gives a new object each time, which FMPy does not know
-    function.argtypes, function.restype = list(arguments), ctypes.c_int
-    return noted(whole, function)
+    return fmu.dll.prepared(f"{api.prefix}{name}", tuple(arguments))
 
 
 class ValueCalls:
@@ -67,6 +63,37 @@ class ValueCalls:
         """One call for each type that occurs among the variables."""
         return [self.mover(direction, group, columns[kind]) for kind, group in by_type(variables).items()]
 
+    def each(self, direction: AccessVerb, variables: Sequence[Variable], columns: TypedColumns) -> dict[str, Operation]:
+        """One call for each of the variables, by name."""
+        slots, moves = views(variables, columns), dict[str, Operation]()
+        for kind, group in by_type(variables).items():
+            native, column = self._api.access[kind].dtype, columns[kind]
+            if kind.is_number and self._is_shared(group, column, native):
+                moves |= self._parts(direction, kind, group, column)
+            else:
+                moves |= {v.name: self.mover(direction, [v], slots[v.name]) for v in group}
+        return moves
+
+    def _parts(
+        self, direction: AccessVerb, kind: Type, group: Sequence[Variable], column: Column
+    ) -> Iterator[tuple[str, Operation]]:
+        """One call for each variable of a group, on its part of a column that the library may use itself."""
+        counted = self._api.counts_values
+        name = f"{direction}{self._api.access[kind].function}"
+        function = library_function(self._fmu, self._api, name, [ADDRESS] * (4 + counted))
+        references = np.array([ref for v in group for ref in self._references[v.name]], dtype=np.uint32)
+        self._alive += [references, column]
+        at, there = references.ctypes.data, column.ctypes.data
+        for v in group:
+            n = len(self._references[v.name])
+            yield v.name, partial(function, self._component, at, n, there, *[v.size] * counted)
+            at, there = at + n * references.itemsize, there + v.size * column.itemsize
+
+    def _is_shared(self, variables: Sequence[Variable], column: Column, native: type[np.generic]) -> bool:
+        """Whether the library can use a column as it is."""
+        plain = column.dtype == native and bool(column.flags.c_contiguous)
+        return plain and self._signs(variables, native) is None
+
     def mover(self, direction: AccessVerb, variables: Sequence[Variable], column: Column) -> Operation:
         """One call that moves the values of all `variables`, which are of one type, to or from `column`."""
         kind = variables[0].quantity.type
@@ -76,7 +103,7 @@ class ValueCalls:
             names = [v.name for v in variables for _ in range(v.size)]
             return self._text_mover(direction, kind, references, column, names)
         signs = self._signs(variables, native)
-        shared = column.dtype == native and column.flags.c_contiguous and signs is None
+        shared = self._is_shared(variables, column, native)
         values = column if shared else np.zeros(column.size, dtype=native)
         self._alive += [references, values]
         counts = [values.size] if self._api.counts_values else []

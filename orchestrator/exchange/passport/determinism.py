@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fmus.reading.archive import Archive
-from fmus.units.fmu_unit import FmuState
+from fmus.units.fmu_state import FmuState
 from orchestrator.exchange.passport.bench import Bench, MeasurementError
 from orchestrator.exchange.passport.excitation import course, own_step, usual_steps
 from orchestrator.exchange.passport.passport_line import Line, Topic

@@ -24,7 +24,7 @@ class Library:
     def __init__(self):
         self.calls = []
 
-    def __getitem__(self, name):
+    def prepared(self, name, _arguments):
         def function(*arguments):
             self.calls.append((name, arguments))
             return 0
@@ -79,3 +79,17 @@ def test_there_is_one_call_for_each_type(library):
     movers = prepared.movers("Get", [X, VALID], columns)
     assert [move() for move in movers] == [0, 0]
     assert [name for name, _ in library.calls] == ["fmi3GetFloat64", "fmi3GetBoolean"]
+
+
+def test_there_is_one_call_for_each_variable_on_its_part_of_a_column(library):
+    y = Variable("y", quantity("m", "another one").metadata["quantity"])
+    columns = {Type.FLOAT64: np.array([1.5, 2.5, 3.5]), Type.BOOLEAN: zeros(Type.BOOLEAN, 1)}
+    prepared = ValueCalls(SimpleNamespace(dll=library), FMI2_API, INSTANCE, {"x": [5, 6], "y": [8], "valid": [7]})
+    moves = prepared.each("Set", [X, VALID, y], columns)
+    assert list(moves) == ["x", "y", "valid"]
+    for move in moves.values():
+        assert move() == 0
+    (x, of_x), (y, of_y), (valid, _) = library.calls
+    assert (x, y, valid) == ("fmi2SetReal", "fmi2SetReal", "fmi2SetBoolean")
+    assert [at(a[1], ctypes.c_uint32, a[2]) for a in (of_x, of_y)] == [[5, 6], [8]]
+    assert [at(a[3], ctypes.c_double, a[2]) for a in (of_x, of_y)] == [[1.5, 2.5], [3.5]]
