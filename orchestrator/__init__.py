@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from orchestrator.results import metrics
     from orchestrator.scenario.options import Options
     from orchestrator.stepping.master import Simulation, SimulationError
+    from orchestrator.stepping.simulation_pool import SimulationPool
     from orchestrator.stepping.whole_run import simulate
     from orchestrator.system.experiment import Algorithm, Scenario
     from orchestrator.system.scene import Scene
@@ -45,6 +46,7 @@ __all__ = [
     "Scene",
     "Simulation",
     "SimulationError",
+    "SimulationPool",
     "System",
     "block_source",
     "execute",
@@ -72,6 +74,7 @@ __getattr__, __dir__ = facade(
         "orchestrator.own_system": ("run",),
         "orchestrator.scenario.options": ("Options",),
         "orchestrator.stepping.master": ("Simulation", "SimulationError"),
+        "orchestrator.stepping.simulation_pool": ("SimulationPool",),
         "orchestrator.stepping.whole_run": ("simulate",),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
         "orchestrator.system.scene": ("Scene",),

@@ -136,6 +136,13 @@ class BlockUnit(Unit):
             raise UnitError(self.name, "its initial state is not finite", self.messages)
 
     @override
+    def reset(self) -> None:
+        for column in (self._p, self._u, self._memory.x, self._memory.y):
+            column[:] = 0.0
+        self._memory.held = False
+        self._forget_calls()
+
+    @override
     def setters(self) -> list[Operation]:
         return [self._set]
 

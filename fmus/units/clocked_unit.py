@@ -103,6 +103,11 @@ class ClockedUnit(Fmu3Unit):
         self._events.check("the clocks could not be read", mode.begin, self._setup.start)
 
     @override
+    def reset(self) -> None:
+        super().reset()
+        self._events.begin_anew()
+
+    @override
     def step(self, t: float, h: float) -> object:
         mode = self._events.mode
         if mode is None:
@@ -133,7 +138,8 @@ class ClockedEvents(EventCapability):
     def __init__(self, unit: Unit, fmu: Any, use_event_mode: Callable[[], None]) -> None:
         self._unit, self._fmu, self._use_event_mode = unit, fmu, use_event_mode
         self.mode: EventMode | None = None
-        """The events of the present instance, once they are used."""
+        """The events of the present run, once they are used."""
+        self._new_mode: Callable[[], EventMode | None] = lambda: None
 
     def check(self, action: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function; `action` names the failure in the error. Raises `UnitError`."""
@@ -152,7 +158,13 @@ class ClockedEvents(EventCapability):
     @override
     def use(self, h: float, *, settles: bool = False) -> None:
         self._use_event_mode()
-        self.mode = EventMode(self._unit.name, self._fmu, self._unit.interface.clocks, h, settles=settles)
+        name, clocks = self._unit.name, self._unit.interface.clocks
+        self._new_mode = lambda: EventMode(name, self._fmu, clocks, h, settles=settles)
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget the events of a run; the unit has to be bound again."""
+        self.mode = self._new_mode()
 
     def open(self) -> object:
         """Enter Event Mode at the present time, where the schedule does not do it."""

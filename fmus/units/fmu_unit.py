@@ -30,6 +30,7 @@ from fmus.toolchain.fmpy_library import FMICallException
 from fmus.toolchain.scratch import scratch_folder
 from fmus.units.fmi_api import FmiApi
 from fmus.units.fmu_state import FmuState
+from fmus.units.only_instance import only_instance
 from fmus.units.unit import (
     DEFAULT_SETUP,
     Column,
@@ -81,6 +82,8 @@ class FmuUnit(Unit):
         self._stop_is_told = False
         self._resources = ExitStack()  # released in the opposite order, whether all of them were taken or not
         try:
+            if archive.only_once:
+                self._resources.enter_context(only_instance(archive))
             folder = archive.unpacked or self._kept() or self._unpacked()
             self._fmu = loaded(self._fmpy_class(), archive, folder, name)
             self._resources.callback(self._fmu.freeLibrary)
@@ -203,7 +206,7 @@ class FmuUnit(Unit):
             raise failure
         self._stop_is_told = True
         try:
-            self.reset()
+            self._reset_instance()
             self._enter(self._parameters, self._setup)
         except UnitError:
             raise failure from None
@@ -260,8 +263,14 @@ class FmuUnit(Unit):
     def terminate(self) -> None:
         self._check("it could not be terminated", self._fmu.terminate)
 
+    @override
     def reset(self) -> None:
-        """Return to the state after the instance was made; `enter_initialization` has to follow. Raises `UnitError`."""
+        self._reset_instance()
+        self._failed_in = ""
+        self._forget_calls()
+
+    def _reset_instance(self) -> None:
+        """Return the instance to the state after it was made. Raises `UnitError`."""
         self._check("the reset failed", self._fmu.reset)
 
     @override

@@ -90,6 +90,12 @@ class GuardedUnit(Unit):
             self._inner.terminate()
 
     @override
+    def reset(self) -> None:
+        with self._guarded():
+            self._inner.reset()
+        self._forget_calls()
+
+    @override
     def close(self) -> None:
         with self._guarded():
             self._inner.close()

@@ -97,8 +97,9 @@ class _Host:
         let_go(request.memory)
         self._unit = fmu_unit(request.name, sharing(archive))
         self._methods = _methods(self._unit, self._inputs, self._outputs)
-        self._told = 0
-        """The number of remarks that have been sent."""
+        self._methods["reset"] = self._reset
+        self._of_opening, self._told = len(self._unit.remarks), 0
+        """The number of remarks when the unit was made, and of those that have been sent."""
         self._quick = {call: self._methods[call.method] for call in QuickCall if call.method in self._methods}
 
     @property
@@ -114,6 +115,11 @@ class _Host:
         self._told = len(unit.remarks)
         error = None if raised is None else Raised.of(raised)
         return UnitReply(value, messages, remarks, unit.warnings, texts(self._outputs), error)
+
+    def _reset(self) -> None:
+        self._unit.reset()
+        del self._unit.remarks[self._of_opening :]
+        self._told = self._of_opening
 
     def carry_out(self, call: UnitCall) -> UnitReply:
         """Call a method of the unit."""

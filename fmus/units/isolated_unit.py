@@ -141,6 +141,12 @@ class IsolatedUnit(Unit):
         self._call("terminate")
 
     @override
+    def reset(self) -> None:
+        self._call("reset")
+        self._unset, self._inputs_sent, self._outputs_current = None, True, False
+        self._forget_calls()
+
+    @override
     def close(self) -> None:
         if problem := self._process.close():
             self.remark(problem)

@@ -21,7 +21,8 @@ def fmu_unit(name: str, archive: Archive) -> FmuUnit:
         RequestError: The library of the FMU cannot be used.
     """
     if archive.is_model_exchange:
-        from fmus.units.model_exchange import Model1Unit, Model2Unit, Model3Unit  # noqa: PLC0415 - it loads SUNDIALS
+        from fmus.units.fmi1_model import Model1Unit  # noqa: PLC0415 - it loads SUNDIALS
+        from fmus.units.model_exchange import Model2Unit, Model3Unit  # noqa: PLC0415
 
         models = {Version.FMI1: Model1Unit, Version.FMI2: Model2Unit, Version.FMI3: Model3Unit}
         return models[archive.version](name, archive)

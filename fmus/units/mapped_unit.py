@@ -17,9 +17,10 @@ from components.interfaces.conversion import IDENTITY
 from components.interfaces.quantity import Type, zeros
 from components.interfaces.record import Variable
 from fmus.unit_interface import Interface
-from fmus.units.adaptation import Adaptation, Link, RateInput, VariableElement
+from fmus.units.adaptation import Adaptation, Link
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
+from fmus.units.rates import RunningIntegral, RunningRate
 from fmus.units.unit import (
     DEFAULT_SETUP,
     Column,
@@ -54,17 +55,24 @@ class MappedUnit(Unit):
         self._u = {kind: zeros(kind, n) for kind, n in widths(theirs.inputs).items()}
         self._y = {kind: zeros(kind, n) for kind, n in widths(theirs.recorded).items()}
         self._starts = {**theirs.starts, **adaptation.held}
-        for variable, slot in views(theirs.inputs, self._u).items():
-            if variable in self._starts:
-                slot[:] = np.ravel(self._starts[variable])
+        self._fill()
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
-        self._rates = [_Rate(rate) for rate in adaptation.rates]
-        self._integrals = [_Integral() for _ in adaptation.integrated]
+        self._rates = [RunningRate(rate) for rate in adaptation.rates]
+        self._integrals = [RunningIntegral() for _ in adaptation.integrated]
         if interface.event_mode:
             self.events = inner.events
         if inner.state is not None:
             self.state = _MappedState(inner.state, self._rates, self._integrals)
+
+    def _fill(self) -> None:
+        """Give the columns of the foreign unit their first values."""
+        for columns in (self._u, self._y):
+            for kind, column in columns.items():
+                column[:] = zeros(kind, column.size)
+        for variable, slot in views(self._inner.interface.inputs, self._u).items():
+            if variable in self._starts:
+                slot[:] = np.ravel(self._starts[variable])
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
@@ -141,6 +149,16 @@ class MappedUnit(Unit):
         self._inner.terminate()
 
     @override
+    def reset(self) -> None:
+        self._inner.reset()
+        self._fill()
+        for rate in self._rates:
+            rate.kept = 0.0
+        for integral in self._integrals:
+            integral.begin_anew()
+        self._forget_calls()
+
+    @override
     def close(self) -> None:
         self._inner.close()
 
@@ -148,7 +166,9 @@ class MappedUnit(Unit):
 class _MappedState(StateCapability):
     """The state of the foreign unit, with that of the rates and integrals around it."""
 
-    def __init__(self, inner: StateCapability, rates: Sequence[_Rate], integrals: Sequence[_Integral]) -> None:
+    def __init__(
+        self, inner: StateCapability, rates: Sequence[RunningRate], integrals: Sequence[RunningIntegral]
+    ) -> None:
         self._inner, self._rates, self._integrals = inner, rates, integrals
 
     @override
@@ -170,46 +190,6 @@ class _MappedState(StateCapability):
         self._inner.forget(state[0])
 
 
-class _Rate:
-    """The rate that leads to a signal of ours by the end of the step."""
-
-    def __init__(self, declared: RateInput) -> None:
-        self._declared = declared
-        self.kept = 0.0
-        """The present value of the signal, as far as the adapter can compute it."""
-
-    def bind(self, ours: Mapping[str, Column], inputs: Mapping[str, Column], outputs: Mapping[str, Column]) -> None:
-        rate, present = self._declared.rate, self._declared.present
-        self._wanted = ours[rate.signal]
-        self._rate = _element(inputs, rate.theirs[0])
-        self._present = _element(outputs, present.theirs[0]) if present else None
-
-    def act(self, h: float) -> None:
-        present = self._declared.present
-        if present is not None and self._present is not None:
-            self.kept = float(present.relation(self._present[0]))
-        limit, rate = self._declared.limit, self._declared.rate
-        value = min(max((float(self._wanted[0]) - self.kept) / h, -limit), limit)
-        self.kept += h * value
-        self._rate[0] = min(max(rate.relation.inverse(value), rate.low), rate.high)
-
-
-class _Integral:
-    """A signal of ours that is the integral of the rate that the foreign unit shows, updated once per step."""
-
-    def __init__(self) -> None:
-        self.value = self.shown = self.h = 0.0
-
-    def begin(self, h: float) -> None:
-        self.value, self.h = self.shown, h
-
-    def shown_in(self, slot: NDArray[Any]) -> Operation:
-        def show() -> None:
-            self.shown = slot[0] = self.value + self.h * float(slot[0])
-
-        return show
-
-
 def _of_present_buses(
     conventions: Mapping[str, tuple[Convention, ...]], variables: Sequence[Variable]
 ) -> dict[str, tuple[Convention, ...]]:
@@ -225,11 +205,6 @@ def _by_bus(slots: Mapping[str, Column]) -> dict[str, Views]:
         bus, _, leaf = name.partition(".")
         buses.setdefault(bus, {})[leaf] = slot
     return dict(buses)
-
-
-def _element(slots: Mapping[str, Column], place: VariableElement) -> Column:
-    name, element = place
-    return slots[name][element : element + 1]
 
 
 def _applied(function: Callable[[Views], None], bus: Views) -> Operation:

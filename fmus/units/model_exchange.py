@@ -19,7 +19,6 @@ from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
 from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.cvode_integrator import CvodeIntegrator, IntegrationError
-from fmus.units.fmi1_unit import Fmi1Unit
 from fmus.units.fmu_unit import FmuUnit
 from fmus.units.unit import DEFAULT_SETUP, Column, EndRequested, ExperimentSetup, TypedColumns, UnitError, carry_out
 
@@ -38,6 +37,7 @@ class ModelExchangeUnit(FmuUnit):
     def __init__(self, name: str, archive: Archive) -> None:
         super().__init__(name, archive)
         self._integrator: CvodeIntegrator | None = None
+        self._resources.callback(self._close_integrator)
         self._time = 0.0
         self._next_event: float | None = None
         self._running = False
@@ -146,9 +146,14 @@ class ModelExchangeUnit(FmuUnit):
         self._iterate()
         self._fmu.enterContinuousTimeMode()
         self.n_states, self.n_indicators = self._count()
+        self._close_integrator()
         self._integrator = CvodeIntegrator(self, self._time, self._tolerance)
-        self._resources.callback(self._integrator.close)
         self._running = True
+
+    def _close_integrator(self) -> None:
+        if self._integrator is not None:
+            self._integrator.close()
+            self._integrator = None
 
     def _settle(self) -> None:
         """End the event that changed inputs have begun."""
@@ -216,54 +221,6 @@ class ModelExchangeUnit(FmuUnit):
         if terminate:
             raise EndRequested(self.name, self._time)
         return bool(step_event)
-
-
-class Model1Unit(ModelExchangeUnit, Fmi1Unit):
-    """An FMI 1.0 Model Exchange FMU, which has no modes: an event is one call that updates everything."""
-
-    _initial_event: tuple[bool, bool, bool, bool, bool, float] | None = None
-
-    @override
-    def _enter(self, parameters: Mapping[str, Any], setup: ExperimentSetup) -> None:
-        self._check("the time was refused", self._fmu.setTime, setup.start)
-        super()._enter(parameters, setup)
-
-    @override
-    def _initialize(self) -> None:
-        tolerance = self._told.tolerance
-        arguments = (b"\x00", 0.0) if tolerance is None else (b"\x01", tolerance)
-        self._initial_event = self._check("the initialization failed", self._fmu.initialize, *arguments)
-
-    @override
-    def _tell_stop(self, failure: UnitError) -> None:
-        raise failure
-
-    @override
-    def _new_discrete_states(self) -> tuple[bool, bool, bool, bool, bool, float]:
-        event, self._initial_event = self._initial_event or self._fmu.eventUpdate(), None
-        converged, _, states_changed, terminate, defined, following = event
-        return not converged, terminate, False, states_changed, defined, following
-
-    @override
-    def get_derivatives(self, dx: Any, n: int) -> None:
-        self._fmu.getDerivatives(dx, n)
-
-    @override
-    def get_nominals(self, x: Any, n: int) -> None:
-        self._fmu.getNominalContinuousStates(x, n)
-
-    @override
-    def _count(self) -> tuple[int, int]:
-        description = self._archive.description
-        return description.numberOfContinuousStates, description.numberOfEventIndicators
-
-    @override
-    def _completed_step(self) -> bool:
-        return bool(self._fmu.completedIntegratorStep())
-
-    @override
-    def _free_instance(self) -> None:
-        self._fmu.fmi1FreeModelInstance(self._fmu.component)
 
 
 class Model2Unit(ModelExchangeUnit, Fmu2Unit):

@@ -2,7 +2,8 @@
 
 The guaranteed order of calls: `bind`, `enter_initialization`, any of the setters and getters, `exit_initialization`,
 then per macro step setters, `step` and getters in the order of the schedule, `terminate` if the unit has not failed,
-and `close` once at the end, whatever happened. What only some units can do is a capability: `fmus.units.capabilities`.
+and `close` once at the end, whatever happened. After `reset` all begins anew with `bind`. What only some units can do
+is a capability: `fmus.units.capabilities`.
 """
 
 from __future__ import annotations
@@ -93,6 +94,10 @@ class UnitError(RuntimeError):
     def reason(self) -> str:
         """What could not be done and why, without the name of the unit."""
         return self.action + (f": {'; '.join(self.said)}" if self.said else "")
+
+
+class NoResetError(UnitError):
+    """A unit that has no way back to its start, and is opened again instead."""
 
 
 class Unit(ABC):
@@ -205,6 +210,20 @@ class Unit(ABC):
     @abstractmethod
     def terminate(self) -> None:
         """End the simulation in order; not called for a unit that has failed. Raises `UnitError`."""
+
+    def reset(self) -> None:
+        """Return to where the unit was before `bind`, from wherever it is, without what it has said since.
+
+        Raises:
+            NoResetError: The unit cannot do this.
+            UnitError: It has failed to; only `close` may follow.
+        """
+        raise NoResetError(self.name, "it has no reset", ())
+
+    def _forget_calls(self) -> None:
+        """Forget what the unit has said, and that it has warned."""
+        self.messages.clear()
+        self.warnings = 0
 
     @abstractmethod
     def close(self) -> None:

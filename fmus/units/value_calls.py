@@ -86,7 +86,7 @@ class ValueCalls:
         at, there = references.ctypes.data, column.ctypes.data
         for v in group:
             n = len(self._references[v.name])
-            yield v.name, partial(function, self._component, at, n, there, *[v.size] * counted)
+            yield v.name, AccessCall(function, self._component, at, n, there, *[v.size] * counted)
             at, there = at + n * references.itemsize, there + v.size * column.itemsize
 
     def _is_shared(self, variables: Sequence[Variable], column: Column, native: type[np.generic]) -> bool:

@@ -42,6 +42,11 @@ class Watched:
 
     def __init__(self, values: NDArray[Any], elements: Sequence[RecordedElement], fatal: NDArray[np.bool_]) -> None:
         self.values, self.elements, self.fatal = values, elements, fatal
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget what was not finite."""
+        values = self.values
         self.finite = np.ones(values.shape, dtype=np.bool_)
         self.expected = self.finite.copy()
         """What is finite, as it was when that changed last."""
@@ -71,6 +76,12 @@ class Finiteness:
                     [_matters(table.system, e, readers) and not allowed.passes(e, readers) for e in elements]
                 )
                 self.watched.append(Watched(table.columns[kind][:n], elements, fatal))
+
+    def begin_anew(self) -> None:
+        """Forget all that was found."""
+        self._found = []
+        for watched in self.watched:
+            watched.begin_anew()
 
     def holds(self, tick: int) -> bool:
         """Whether the run may go on with the values of a tick, the present ones."""

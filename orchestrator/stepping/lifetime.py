@@ -12,6 +12,8 @@ from components.interfaces.problem import refuse
 class _Stage(Enum):
     NEW = auto()
     OPEN = auto()
+    ENDED = auto()
+    """Closed at the stop time, by itself."""
     CLOSED = auto()
 
 
@@ -25,6 +27,7 @@ class Lifetime:
 
     def __init__(self, owner: object, release: Callable[[], None]) -> None:
         self._stage = _Stage.NEW
+        self._close = release
         self._release = weakref.finalize(owner, release)
         self.ends_itself = True
         """Whether the units are closed at the stop time, because no `with` statement does it."""
@@ -49,16 +52,47 @@ class Lifetime:
         Raises:
             RequestError: They have been closed.
         """
-        if self._stage is _Stage.CLOSED:
-            found = f"closed at {time():g} s; its rows stay"
-            raise refuse("simulation", found, "one that is open", "Make another Simulation of the system.")
+        self._refuse_closed(time, _Stage.ENDED, _Stage.CLOSED)
         if self._stage is _Stage.NEW:
             self._stage = _Stage.OPEN
-            try:
-                start()
-            except BaseException:
-                self.close()
-                raise
+            self._carry_out(start)
+
+    def begin_again(self, owner: object, reset: Callable[[], None], start: Callable[[], None]) -> None:
+        """Begin again; units that were closed at the stop time are opened when they are needed.
+
+        Args:
+            owner: The simulation.
+            reset: Brings the units back, if any are open.
+            start: Starts them again.
+        """
+        if self._stage is _Stage.ENDED:
+            self._release = weakref.finalize(owner, self._close)
+            self._stage = _Stage.NEW
+        is_open = self._stage is _Stage.OPEN
+        self._carry_out(reset)
+        if is_open:
+            self._carry_out(start)
+
+    def check(self, time: Callable[[], float]) -> None:
+        """Refuse units that somebody has closed. Raises `RequestError`."""
+        self._refuse_closed(time, _Stage.CLOSED)
+
+    def _refuse_closed(self, time: Callable[[], float], *stages: _Stage) -> None:
+        if self._stage in stages:
+            found = f"closed at {time():g} s; its rows stay"
+            raise refuse("simulation", found, "one that is open", "Make another Simulation of the system.")
+
+    def _carry_out(self, start: Callable[[], None]) -> None:
+        try:
+            start()
+        except BaseException:
+            self.close()
+            raise
+
+    def end(self) -> None:
+        """Close the units at the stop time, after which all may begin again."""
+        self.close()
+        self._stage = _Stage.ENDED
 
     def close(self) -> None:
         """Close the units, once."""

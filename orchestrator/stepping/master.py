@@ -6,9 +6,9 @@ into flat tables: one column of memory per type that all units write to and read
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -32,6 +32,7 @@ from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
 from orchestrator.system.experiment import EVERYTHING, Algorithm, Choice, Tick, TimeGrid, algorithm_named
+from orchestrator.system.other_values import with_values
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import, and a run has no need of it
@@ -75,7 +76,7 @@ class Simulation:
         solve_loops: bool = False,
         native: bool = True,
     ) -> None:
-        self.system = system = observed(system, record)
+        self.system = self._given = system = observed(system, record)
         grid = TimeGrid(h, until, start)
         self.h, self.start, self.last_tick = h, start, grid.last_tick
         self.algorithm = algorithm_named(algorithm)
@@ -95,14 +96,23 @@ class Simulation:
         return self.open()
 
     def open(self) -> Self:
-        """Open and initialise all units, unless they are open.
-
-        Raises:
-            RequestError: The simulation has been closed.
-            SimulationError: A unit cannot be initialised.
-        """
+        """Open and initialise all units, unless they are open. Raises `RequestError` and `SimulationError`."""
         self._lifetime.open(self._start, lambda: self.time)
         return self
+
+    @checked_arguments
+    def reset(self, parameters: Mapping[str, Any] = MappingProxyType({})) -> None:
+        """Go back to the start with other parameter values, such as `{"plant.m": 1700.0}`; the others are as at first.
+
+        No unit is opened again. Raises `RequestError`, and `SimulationError`, which closes all.
+        """
+        self._lifetime.check(lambda: self.time)
+        self.system = system = with_values(self._given, parameters)
+        self._status.begin_anew()
+        self._table.begin_anew()
+        self.log.begin_anew()
+        self._written, self._writer = WrittenInputs(system), Writer(system, self._table, self._running.by_name)
+        self._lifetime.begin_again(self, partial(self._running.reset, system), self._start)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -177,7 +187,7 @@ class Simulation:
         except UnitError as fault:
             raise self._fault(fault.unit, fault.reason) from fault
         if self._lifetime.ends_itself and self.is_over:
-            self.close()
+            self._lifetime.end()
 
     def __iter__(self) -> Iterator[Tick]:
         while not self.is_over:
@@ -189,11 +199,7 @@ class Simulation:
         return self._status.is_over
 
     def run(self) -> None:
-        """Step to the stop time, or to where a unit asks for the end.
-
-        Raises:
-            SimulationError: A unit failed, or a value is not finite.
-        """
+        """Step to the stop time, or to where a unit asks for the end. Raises `SimulationError` as `step` does."""
         if not self.is_over:
             self._advance(self.last_tick)
 
@@ -209,16 +215,13 @@ class Simulation:
 
     @checked_arguments
     def read(self, path: str) -> Any:
-        """Read the present value of an output.
+        """Read the present value of an output. Raises `RequestError` where there is no such output.
 
         Args:
             path: The signal with its unit, such as `plant.state.v_x`.
 
         Returns:
             A number, or an array of the signal's shape `(n,)`, in the unit of measurement that the port declares.
-
-        Raises:
-            RequestError: There is no such output.
         """
         path = known_path(self.system, path, "recorded")
         if self._lifetime.is_new:
@@ -263,11 +266,7 @@ class Simulation:
         self._compile()
 
     def frame(self) -> pd.DataFrame:
-        """Give all rows so far as a data frame.
-
-        Returns:
-            A row per tick, with the columns that `columns` describes.
-        """
+        """Give all rows so far as a data frame, with the columns that `columns` describes."""
         import pandas as pd  # noqa: PLC0415
 
         return pd.DataFrame(self.columns())

@@ -117,7 +117,7 @@ class RowLog:
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         size = _size(self._length, [(element.type, pace[element.path]) for element in chosen])
-        self.times = grid.times
+        self.times, self._grid = grid.times, grid
         """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
         self._order = [element.path for element in chosen]
         self.groups = [
@@ -136,6 +136,15 @@ class RowLog:
         self._copies = self.groups[0].copies if self._plain else []
         self._others = [] if self._plain else self.groups
         self.finiteness = Finiteness(table, self.times)
+
+    def begin_anew(self) -> None:
+        """Forget all rows; those that somebody has been given stay as they are."""
+        self.kept, self.halted = 0, ""
+        self.times[:] = self._grid.times
+        with self._changing:
+            self._blocks, self._elsewhere = [], None
+        self._reserve(0)
+        self.finiteness.begin_anew()
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""

@@ -33,6 +33,11 @@ class RunStatus:
         self.step_times = np.zeros(grid.last_tick + 1)
         """[s] Wall time of each macro step."""
 
+    def begin_anew(self) -> None:
+        """Go back to before the first step."""
+        self.tick, self.ended = -1, None
+        self.step_times = np.zeros(self.last_tick + 1)
+
     @property
     def time(self) -> float:
         """The present instant [s]; the start time before the first step."""

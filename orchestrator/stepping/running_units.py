@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from fmus.toolchain.last_call import name_of
-from fmus.units.unit import DEFAULT_SETUP, EndRequested, ExperimentSetup, Unit, UnitError
+from fmus.units.unit import DEFAULT_SETUP, EndRequested, ExperimentSetup, NoResetError, Unit, UnitError
 from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import events_of
 from orchestrator.stepping.schedule import Schedule
@@ -38,14 +38,53 @@ class RunningUnits:
         self.failed: str | None = None
         """The unit that has failed, which is not terminated."""
         self._initialised: set[str] = set()
+        self._of_opening: dict[str, tuple[str, ...]] = {}
+        """The remarks on units that were opened; those that follow are about a run."""
 
     def open(self) -> None:
-        """Open all units, with Event Mode where the schedule uses it or a unit demands it. Raises `RequestError`."""
+        """Open all units, unless they are open, with Event Mode where the schedule or a unit demands it.
+
+        Raises:
+            RequestError: A unit cannot be opened.
+        """
+        if self._of_opening:
+            return
         with opening(self._system.units.values()):
-            for name, source in self._system.units.items():
-                self.by_name[name] = source.open(name)
+            for name in self._system.units:
+                self._open(name)
         for name in self.by_name:
             self._use_events(name)
+
+    def _open(self, name: str) -> None:
+        self.by_name[name] = unit = self._system.units[name].open(name)
+        self._of_opening[name] = tuple(unit.remarks)
+
+    def reset(self, system: System) -> None:
+        """Return to where `open` ended, with the parameter values of a system that is the same otherwise.
+
+        A unit that has failed, or cannot be reset, is closed, and another one is opened in its place; units that are
+        closed remain so.
+
+        Raises:
+            RequestError: A unit cannot be opened again.
+        """
+        self._system = system
+        if not self._of_opening:
+            self.by_name.clear()
+        for name, unit in self.by_name.items():
+            try:
+                if name == self.failed:
+                    raise NoResetError(name, "it has failed", ())
+                if name in self._initialised:
+                    unit.terminate()
+                unit.reset()
+                unit.remarks[:] = self._of_opening[name]
+            except UnitError:
+                unit.close()
+                self._open(name)
+                self._use_events(name)
+        self.failed = None
+        self._initialised.clear()
 
     def _use_events(self, name: str) -> None:
         unit = self.by_name[name]
@@ -95,6 +134,7 @@ class RunningUnits:
                     unit.remarks.append(error.reason)
             self._initialised.discard(name)
             unit.close()
+        self._of_opening.clear()
 
 
 def end_remark(ended: EndRequested, time: float) -> str:

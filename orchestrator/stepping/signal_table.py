@@ -72,9 +72,20 @@ class SignalTable:
         self._without_value: dict[str, list[str]] = {}
         for unit, _, name in (path.partition(".") for path in system.unset):
             self._without_value.setdefault(unit, []).append(name)
-        for path, value in system.held.items():
+        self._fill()
+
+    def _fill(self) -> None:
+        """Set the values of inputs that nothing drives."""
+        for path, value in self.system.held.items():
             unit, _, name = path.partition(".")
             self._keep(unit, name, value)
+
+    def begin_anew(self) -> None:
+        """Undo all that was written and shown; the units have to be bound again where something was held."""
+        for kind, column in self.columns.items():
+            column[:] = zeros(kind, column.size)
+        self._held.clear()
+        self._fill()
 
     def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
         """Where an output, or a held input, is.

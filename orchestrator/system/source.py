@@ -85,7 +85,6 @@ class Fmu(UnitSource):
         isolated: The time [s] that one call may take in a process of its own. Without it, an FMU that was built here
             runs in this process, and any other in a process of its own with the usual time.
         in_process: Whether it runs in this process whoever has built it.
-        reuse: Whether units of FMI 3.0 Co-Simulation are reset for their next run instead of being closed.
         known: The content of the file, where it has been read before and is still valid.
         where: The file, as messages name it, for one that was taken from an SSP or built of a Modelica file; its path,
             if not given.
@@ -96,7 +95,6 @@ class Fmu(UnitSource):
     parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
     lenient: bool = False
     isolated: float | None = None
-    reuse: bool = False
     in_process: bool = False
     known: Archive | None = field(default=None, repr=False, compare=False)
     interface_type: InterfaceType | None = None
@@ -169,10 +167,6 @@ class Fmu(UnitSource):
         compile_beforehand(self.archive, progress)
 
     @override
-    def kept(self) -> Self:
-        return replace(self, reuse=True, known=self.archive)
-
-    @override
     def describe(self) -> SourceDescription:
         version = Version(self.archive.version)
         requested = self.in_process or self.isolated is not None
@@ -182,10 +176,6 @@ class Fmu(UnitSource):
 
     @override
     def open(self, name: str) -> Unit:
-        if self.patience is None and self.reuse and self.archive.is_plain_fmi3:
-            from fmus.units.reused_unit import reused_unit  # noqa: PLC0415 - only sweeps need it
-
-            return reused_unit(name, sharing(self.archive))
         if self.patience is None and self.is_own:
             return fmu_unit(name, sharing(self.archive))
         # Only FMUs of other makers need these.

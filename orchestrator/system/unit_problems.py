@@ -84,17 +84,23 @@ def held_problems(
 
 def parameter_problems(name: str, source: UnitSource) -> Iterator[Problem]:
     """The problems of the parameter values of a unit, by its name, and of parameters that have none."""
+    yield from value_problems(name, source, source.parameters)
+    if source.has_own_values:
+        return
+    declared = {v.name: v for v in source.interface.parameters}
+    for parameter in (p for p in declared if p not in source.parameters and p not in source.interface.starts):
+        remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
+        yield Problem(f"{name}.{parameter}", "no value", declared[parameter].quantity.range, remedy)
+
+
+def value_problems(name: str, source: UnitSource, values: Mapping[str, Any]) -> Iterator[Problem]:
+    """The problems of values for some parameters of a unit, by its name."""
     declared = {v.name: v for v in source.interface.parameters}
     initials = {v.name: v for v in source.interface.initials}
-    for parameter, value in source.parameters.items():
+    for parameter, value in values.items():
         if parameter in declared or parameter in initials:
             yield from (declared | initials)[parameter].quantity.problems(f"{name}.{parameter}", value)
         else:
             kind = source.interface.kind
             valid = f"a parameter of `{kind}`: {choices(declared)}"
             yield Problem(f"{name}.{parameter}", "an unknown parameter", valid, did_you_mean(parameter, declared))
-    if source.has_own_values:
-        return
-    for parameter in (p for p in declared if p not in source.parameters and p not in source.interface.starts):
-        remedy = f"Give it with its unit and source in the scenario, or with --set {name}.{parameter}=VALUE."
-        yield Problem(f"{name}.{parameter}", "no value", declared[parameter].quantity.range, remedy)

@@ -51,10 +51,6 @@ class UnitSource(ABC):
     def make_ready(self, progress: Progress) -> None:  # noqa: B027 - only files have something to do
         """Do what takes long before any unit is opened, and tell it before: compile sources. Raises `RequestError`."""
 
-    def kept(self) -> UnitSource:
-        """The same source, whose units may be reset and used again instead of being opened for each run."""
-        return self
-
     def for_other_tools(self) -> UnitSource:
         """The source that is exported to other tools: this one, or an equivalent one that needs no mapping."""
         return self

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from fmus.reading.archive import Archive
 from fmus.units.fmu_state import FmuState
+from fmus.units.unit import NoResetError
 from orchestrator.exchange.passport.bench import Bench, MeasurementError
 from orchestrator.exchange.passport.excitation import course, own_step, usual_steps
 from orchestrator.exchange.passport.passport_line import Line, Topic
@@ -64,7 +65,7 @@ def drive_after_reset(place: Workplace, given: Course) -> Rows | None:
         place.tell("resetting the instance")
         try:
             running.unit.reset()
-        except AttributeError:  # what FMPy raises for a function that the library does not have
+        except NoResetError:
             return None
         running.start_over()
         place.tell("driving the instance after its reset")

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
+from typing import Any, Final
 
 import pandas as pd
 
@@ -27,12 +28,14 @@ from orchestrator.scenario.prepare import prepare
 from orchestrator.scenario.resolution import resolve
 from orchestrator.scenario.settings import parse_settings
 from orchestrator.stepping.master import Simulation, SimulationError
-from orchestrator.system.experiment import Scenario
+from orchestrator.stepping.simulation_pool import SimulationPool
+from orchestrator.system.experiment import Scenario, TimeGrid
 from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import shown
-from orchestrator.system.source import UnitSource
-from orchestrator.system.system import System
+
+_ROOM: Final = 1000
+"""[ticks] Simulations that are kept are as long as a multiple of this, so that they serve cases of any length."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +113,16 @@ def simulate(case: VariedCase, controller: VariedController, plant: str) -> tupl
         All rows, the scene, and the fault that ended the simulation, or an empty text.
     """
     scenario = _prepared(case.task, controller.controller, plant)
-    system, scene = with_settings(scenario, variations.settings_for(case, controller))
-    simulation = Simulation(system, h=scenario.h, until=case.stop_time)
-    try:
-        with simulation:
-            simulation.run()
-    except SimulationError as error:
-        return simulation.frame(), scene, str(error)
-    return simulation.frame(), scene, ""
+    values, scene = _with_settings(scenario, variations.settings_for(case, controller))
+    last = TimeGrid(scenario.h, case.stop_time).last_tick
+    fault = ""
+    with _pool(case.task, controller.controller, plant, last // _ROOM + 1).simulation(values) as simulation:
+        try:
+            while simulation.tick < last and not simulation.is_over:
+                simulation.step()
+        except SimulationError as error:
+            fault = str(error)
+        return simulation.frame(), scene, fault
 
 
 @cache
@@ -126,15 +131,22 @@ def _prepared(task: str, controller: str, plant: str) -> Scenario:
     return prepare(task, Options(mode=runs.MODE, replacements={"plant": plant, "controller": controller}))
 
 
-def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
-    """Change parameters of a prepared scenario, as `--set` would.
+@cache
+def _pool(task: str, controller: str, plant: str, rooms: int) -> SimulationPool:
+    """The simulations of a scenario that this process keeps open, long enough for `rooms` times `_ROOM` ticks."""
+    scenario = _prepared(task, controller, plant)
+    return SimulationPool(lambda: Simulation(scenario.system, h=scenario.h, until=scenario.h * (rooms * _ROOM)))
+
+
+def _with_settings(scenario: Scenario, texts: list[str]) -> tuple[dict[str, Any], Scene]:
+    """The values of all parameters of a prepared scenario that is changed as by `--set`.
 
     Args:
         scenario: The scenario.
         texts: The changes, written as for `--set`.
 
     Returns:
-        The changed system and the changed scene.
+        The values by full path, and the changed scene.
 
     Raises:
         RequestError: A setting does not fit, or the scenario has no scene.
@@ -142,15 +154,15 @@ def with_settings(scenario: Scenario, texts: list[str]) -> tuple[System, Scene]:
     if scenario.scene is None:
         raise refuse(scenario.name, "no scene", "a scenario with a scene")
     settings = parse_settings(texts)
-    units: dict[str, UnitSource] = {}
+    values: dict[str, Any] = {}
     for name, source in scenario.system.units.items():
         declared = source.interface.parameters
         resolution = resolve(name, declared, _given(scenario, name, declared), settings=settings[name])
         raise_if_any(resolution.problems)
-        units[name] = source.with_parameters(resolution.values).kept()
+        values |= {f"{name}.{parameter}": value for parameter, value in resolution.values.items()}  # noqa: PD011
     scene = resolve("scene", variables(Scene), settings=settings["scene"])
     raise_if_any(scene.problems)
-    return dataclasses.replace(scenario.system, units=units), dataclasses.replace(scenario.scene, **scene.values)
+    return values, dataclasses.replace(scenario.scene, **scene.values)
 
 
 def _given(scenario: Scenario, unit: str, declared: Sequence[Variable]) -> dict[str, Given]:

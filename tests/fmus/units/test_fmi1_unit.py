@@ -1,6 +1,6 @@
 """FMUs of FMI 1.0 as units, against FMPy's own simulation of the same files: Co-Simulation and Model Exchange.
 
-With it `fmus/toolchain/fmi1_description.py`.
+With it `fmus/toolchain/fmi1_description.py` and `fmus/units/fmi1_model.py`.
 """
 # pyright: basic
 # FMPy carries few types.
@@ -20,6 +20,7 @@ from fmus.toolchain.compiler import required_compiler
 from fmus.toolchain.platform_names import binary_path
 from fmus.toolchain.version import Version
 from fmus.units.make import fmu_unit
+from fmus.units.unit import NoResetError
 from orchestrator import Options, load
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.whole_run import simulate
@@ -85,6 +86,17 @@ def test_a_slave_runs_as_fmpy_runs_it(slave):
     assert rows["m.is_on"].tolist() == theirs["is_on"].tolist()
     assert rows["m.text"].tolist() == ["", *["hello"] * 20]
     assert rows["m.stop"].tolist() == [-1.0] * 21
+
+
+def test_a_slave_is_reset_and_runs_again(slave):
+    system = System({"m": Fmu(slave, {"k": 2.0, "x_start": 0.5, "said": "hello"})}, {}, held=HELD)
+    with Simulation(system, h=0.1, until=1.0) as simulation:
+        simulation.run()
+        expected, unit = simulation.frame(), simulation._units["m"]
+        simulation.reset()
+        simulation.run()
+        assert simulation._units["m"] is unit
+        assert simulation.frame().equals(expected)
 
 
 def test_a_negated_alias_has_the_other_sign(slave):
@@ -254,6 +266,18 @@ def test_a_bouncing_ball_follows_its_solution_and_fmpy(models):
     assert rows["m.bounces"].iloc[-1] == theirs["bounces"][-1] == 4
     regular = [next(i for i, t in enumerate(theirs["time"]) if abs(t - when) < 1e-9) for when in rows["time"]]
     np.testing.assert_allclose(rows["m.h"], theirs["h"][regular], rtol=0, atol=1e-6)
+
+
+def test_a_model_has_no_reset_and_is_opened_again(models):
+    with Simulation(System({"m": Fmu(models["ball"])}, {}), h=0.1, until=1.0) as simulation:
+        simulation.run()
+        expected, unit = simulation.frame(), simulation._units["m"]
+        with pytest.raises(NoResetError, match="it has no reset"):
+            unit.reset()
+        simulation.reset()
+        simulation.run()
+        assert simulation._units["m"] is not unit
+        assert simulation.frame().equals(expected)
 
 
 def test_a_stiff_model_follows_its_input(models):

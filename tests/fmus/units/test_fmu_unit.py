@@ -1,6 +1,6 @@
 """FMUs in this process: parameters, states and errors; whole runs of them stand in `tests/closed_loop`.
 
-Libraries that cannot be loaded or instantiated are refused in `reading/test_opening.py`.
+Libraries that cannot be loaded or instantiated are refused in `reading/test_opening.py`. With it `fmu_state.py`.
 """
 
 from __future__ import annotations

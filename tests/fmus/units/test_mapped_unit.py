@@ -1,6 +1,6 @@
 """A unit behind a mapping: an echo that is given values in its own terms gives them back in ours.
 
-What `fmus/units/adaptation.py` can say is shown here, too.
+What `fmus/units/adaptation.py` can say, and what `rates.py` does, is shown here, too.
 """
 
 from __future__ import annotations
@@ -135,6 +135,31 @@ def test_a_rate_leads_to_the_signal_within_the_step():
         run(unit.getters())
         found.append(outputs[Type.FLOAT64][0])
     assert found == pytest.approx([6.0, 0.0, -4.0])  # twice 0.3 / 0.1, as half a unit of theirs is one of ours
+
+
+@pytest.mark.parametrize("shown", [False, True])
+def test_after_a_reset_rates_and_held_values_begin_anew(shown):
+    unit, inputs, outputs = rates(shown=shown)
+
+    def stepped():
+        found = []
+        for wanted in (0.3, 0.4):
+            inputs[Type.FLOAT64][0] = wanted
+            run([*unit.setters(), *unit.getters()])
+            unit.step(0.0, 0.1)
+            run(unit.getters())
+            found.append(outputs[Type.FLOAT64][0])
+        return found
+
+    first = stepped()
+    unit.messages.append("a message")
+    unit.warned()
+    unit.reset()
+    assert (len(unit.messages), unit.warnings) == (0, 0)
+    unit.bind(inputs, outputs)
+    unit.enter_initialization({})
+    unit.exit_initialization()
+    assert stepped() == first
 
 
 def test_the_rate_starts_from_the_value_that_the_unit_shows_and_is_limited():

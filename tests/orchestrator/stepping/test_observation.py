@@ -9,7 +9,6 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from fmus.toolchain.version import Version
-from fmus.units.reused_unit import release_all
 from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
 from orchestrator.scenario.options import Options
@@ -158,16 +157,3 @@ def test_local_variables_of_model_exchange_are_those_of_the_inputs_at_the_instan
         observed = simulation.frame()
     assert np.array_equal(observed["stiff.der(x2)"], observed["ball.h"] - observed["stiff.x2"])
     assert frame.equals(observed.drop(columns="stiff.der(x2)"))
-
-
-def test_units_that_wait_for_their_next_run_are_told_apart_by_what_they_show(built_fmus):
-    source = Fmu(built_fmus / "fmi3" / "bicycle.fmu").kept()
-    plain, observing = (replaced.open("plant") for replaced in (source, source.observing(["m"])))
-    plain.close()
-    observing.close()
-    again, observing_again = (kept.open("plant") for kept in (source, source.observing(["m"])))
-    assert again is plain
-    assert observing_again is observing
-    again.close()
-    observing_again.close()
-    release_all()

@@ -17,7 +17,6 @@ from fmus.units.block_unit import BlockUnit
 from fmus.units.co_simulation import Fmu2Unit, Fmu3Unit
 from fmus.units.isolated_unit import IsolatedUnit
 from fmus.units.mapped_unit import MappedUnit
-from fmus.units.reused_unit import release_all
 from orchestrator.mapping.mapped import Mapped, fitted
 from orchestrator.mapping.mapping_reader import read_mapping
 from orchestrator.system.source import Fmu, InProcess, block_source
@@ -118,7 +117,6 @@ def test_a_block_with_other_parameters_is_another_source(in_process):
 def test_a_block_stays_in_this_process(in_process):
     assert in_process.in_own_process(1.0) is None
     assert in_process.single_instance() is None
-    assert in_process.kept() is in_process
 
 
 def test_a_block_is_described_without_a_file(in_process):
@@ -204,17 +202,6 @@ def test_an_fmu_in_its_own_process_becomes_an_isolated_unit(fmu):
     unit = fmu.in_own_process(60.0).open("car")
     assert isinstance(unit, IsolatedUnit)
     unit.close()
-
-
-def test_a_kept_fmu_is_opened_once_where_it_can_be_reset(fmu):
-    kept = fmu.kept()
-    assert kept.archive is fmu.archive
-    first = kept.open("car")
-    first.close()
-    second = kept.open("car")
-    second.close()
-    release_all()
-    assert (second is first) is (fmu.archive.version == Version.FMI3)
 
 
 def test_any_tool_can_run_an_fmu(fmu):
