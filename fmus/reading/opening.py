@@ -21,6 +21,7 @@ from fmus.reading.archive import VALID_FMU, Archive, InterfaceType, interface_ty
 from fmus.reading.declared_variables import DeclaredVariable, aliases, declared_variables
 from fmus.reading.description import Description, not_understood, read_description
 from fmus.reading.joined_arrays import whole_name
+from fmus.reading.known_archives import known_or_read
 from fmus.reading.library import with_library
 from fmus.reading.unpack import read
 from fmus.toolchain.archives import MODEL_DESCRIPTION
@@ -51,8 +52,13 @@ def open_fmu(
     Raises:
         RequestError: The file is no FMU, or not one that can run here.
     """
-    with _without_garbage_collection(), reading(where or str(path), VALID_FMU):
-        return _open(path, values, interface_type, where or str(path), lenient=lenient)
+    where = where or str(path)
+
+    def read_all() -> Archive:
+        with _without_garbage_collection(), reading(where, VALID_FMU):
+            return _open(path, values, interface_type, where, lenient=lenient)
+
+    return known_or_read(path, (where, interface_type, lenient), read_all)
 
 
 @contextmanager
