@@ -120,8 +120,12 @@ class RunningUnits:
 
     @property
     def remarks(self) -> list[str]:
-        """What a person should know of how the units were run."""
-        return [f"unit `{name}`: {remark}" for name, unit in self.by_name.items() for remark in unit.remarks]
+        """What a person should know of how the units were run; what several have to say stands there once."""
+        told: dict[str, list[str]] = {}
+        for name, unit in self.by_name.items():
+            for remark in unit.remarks:
+                told.setdefault(remark, []).append(f"`{name}`")
+        return [f"unit{'s' if names[1:] else ''} {', '.join(names)}: {remark}" for remark, names in told.items()]
 
     def close(self) -> None:
         """Terminate all units that have not failed, and release all."""
