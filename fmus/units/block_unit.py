@@ -17,6 +17,7 @@ from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface, is_tunable
 from fmus.units.capabilities import StateCapability
+from fmus.units.state_bytes import joined, parted
 from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, positions
 
 
@@ -59,27 +60,43 @@ class BlockState(StateCapability):
     """The memory of a running block, which can be copied out and in.
 
     Args:
-        states: Number of states.
-        outputs: Number of outputs.
+        sizes: The numbers of its states, outputs, inputs and parameters.
     """
 
-    def __init__(self, states: int, outputs: int) -> None:
-        self.x = np.zeros(states)
-        self.y = np.zeros(outputs)
+    serializes = True
+
+    def __init__(self, *sizes: int) -> None:
+        self.x, self.y, self.u, self.p = (np.zeros(n) for n in sizes)
         self.held = False
         """Whether the outputs are held until the next sample, as those of a sampled block are after its first step."""
 
+    @property
+    def _all(self) -> tuple[Column, ...]:
+        return self.x, self.y, self.u, self.p
+
     @override
     def save(self) -> Any:
-        return self.x.copy(), self.y.copy(), self.held
+        return [column.copy() for column in self._all], self.held
 
     @override
     def restore(self, state: Any) -> None:
-        self.x[:], self.y[:], self.held = state
+        columns, self.held = state
+        for mine, saved in zip(self._all, columns, strict=True):
+            mine[:] = saved
 
     @override
     def forget(self, state: Any) -> None:
         """Nothing to release."""
+
+    @override
+    def serialized(self, state: Any) -> bytes:
+        columns, held = state
+        return joined([*(column.tobytes() for column in columns), bytes([held])])
+
+    @override
+    def deserialized(self, content: bytes) -> Any:
+        *columns, held = parted(content, 5)
+        return [np.frombuffer(column) for column in columns], held != b"\0"
 
 
 class BlockUnit(Unit):
@@ -95,10 +112,10 @@ class BlockUnit(Unit):
         self._block = block
         self._lowered = lower(block)
         dims = block.dimensions()
-        self._p = np.zeros(size(block, dims))
-        self._u = np.zeros(size(block.input_type, dims))
         self._h = np.zeros(1)
-        self._memory = memory = BlockState(size(block.state_type, dims), size(block.output_type, dims))
+        kinds = block.state_type, block.output_type, block.input_type, block
+        self._memory = memory = BlockState(*(size(kind, dims) for kind in kinds))
+        self._u, self._p = memory.u, memory.p
         self.state = memory
         self._next = np.zeros_like(memory.x)
         self._evaluate_output = _evaluation(self._lowered.output, [memory.x, self._u, self._p], [memory.y])

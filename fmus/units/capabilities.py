@@ -55,6 +55,9 @@ class EventCapability(ABC):
 class StateCapability(ABC):
     """The unit returns to a state that was saved, bit by bit. The saved states are opaque to its callers."""
 
+    serializes = False
+    """Whether a saved state can be written as bytes, for another instance of the same unit in any process."""
+
     @abstractmethod
     def save(self) -> Any:
         """The present state, for `restore`. Raises `UnitError`."""
@@ -66,3 +69,11 @@ class StateCapability(ABC):
     @abstractmethod
     def forget(self, state: Any) -> None:
         """Release a saved state, which cannot be restored afterwards. Raises `UnitError`."""
+
+    @abstractmethod
+    def serialized(self, state: Any) -> bytes:
+        """A saved state as bytes, of a unit that `serializes`. Raises `UnitError`."""
+
+    @abstractmethod
+    def deserialized(self, content: bytes) -> Any:
+        """A saved state from bytes that `serialized` gave, for `restore` and `forget`. Raises `UnitError`."""

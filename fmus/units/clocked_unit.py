@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
@@ -11,11 +12,12 @@ from typing_extensions import override
 
 from fmus.reading.archive import Archive
 from fmus.toolchain.fmpy_library import FMICallException
-from fmus.units.capabilities import EventCapability
+from fmus.units.capabilities import EventCapability, StateCapability
 from fmus.units.co_simulation import Fmu3Unit
 from fmus.units.event_mode import EventError, EventMode, StepResult
 from fmus.units.fmu_unit import NONSENSE, in_words
 from fmus.units.prepared_calls import StepCall
+from fmus.units.state_bytes import joined, parted
 from fmus.units.unit import Operation, TypedColumns, Unit, UnitError
 
 
@@ -27,6 +29,8 @@ class ClockedUnit(Fmu3Unit):
         super().__init__(name, archive)
         self.events = self._events = ClockedEvents(self, self._fmu, self._use_event_mode)
         self._events.demanded = self._event_mode_used
+        if self.state is not None:
+            self.state = _ClockedState(self.state, self._events)
 
     @override
     def _make_quiet_instance(self) -> None:
@@ -189,6 +193,39 @@ class ClockedEvents(EventCapability):
     @override
     def trigger(self, clock: str) -> None:
         self._used.trigger(clock)
+
+
+class _ClockedState(StateCapability):
+    """The state of the FMU, with that of its clocks where its events are used."""
+
+    def __init__(self, inner: StateCapability, events: ClockedEvents) -> None:
+        self._inner, self._events = inner, events
+        self.serializes = inner.serializes
+
+    @override
+    def save(self) -> Any:
+        mode = self._events.mode
+        return self._inner.save(), None if mode is None else mode.saved()
+
+    @override
+    def restore(self, state: Any) -> None:
+        inner, clocks = state
+        self._inner.restore(inner)
+        if self._events.mode is not None:
+            self._events.mode.restore(clocks)
+
+    @override
+    def forget(self, state: Any) -> None:
+        self._inner.forget(state[0])
+
+    @override
+    def serialized(self, state: Any) -> bytes:
+        return joined([self._inner.serialized(state[0]), json.dumps(state[1]).encode()])
+
+    @override
+    def deserialized(self, content: bytes) -> Any:
+        inner, clocks = parted(content, 2)
+        return self._inner.deserialized(inner), json.loads(clocks)
 
 
 def _while_active(move: Operation, clocks: frozenset[int], mode: EventMode) -> Operation:

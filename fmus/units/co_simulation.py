@@ -134,6 +134,8 @@ class Fmu3Unit(CoSimulationUnit):
     """An FMI 3.0 Co-Simulation FMU, without Event Mode."""
 
     api = FMI3_API
+    _results: tuple[int, ...] = ()
+    """The addresses of what a step says beside its status."""
 
     @override
     def _instantiate(self, *, logging: bool) -> None:

@@ -80,6 +80,27 @@ class EventMode:
         self._fired: set[str] = set()
         """Output clocks that have ticked and were not forwarded yet, by name."""
 
+    def saved(self) -> dict[str, Any]:
+        """Where the clocks are, as plain values."""
+        return {
+            "now": self.now,
+            "running": self.running,
+            "next": [[reference, when] for reference, when in self._next.items()],
+            "ticks": [[reference, *regular] for reference, regular in self._ticks.items()],
+            "triggered": sorted(self._triggered),
+            "in_event_mode": self._in_event_mode,
+            "active": sorted(self.active),
+            "fired": sorted(self._fired),
+        }
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Go back to where the clocks were when `saved` gave this; the FMU goes back by itself."""
+        self.now, self.running, self._in_event_mode = saved["now"], saved["running"], saved["in_event_mode"]
+        self._next = dict(saved["next"])
+        self._ticks = {reference: (first, interval, n) for reference, first, interval, n in saved["ticks"]}
+        self._triggered, self._fired = set(saved["triggered"]), set(saved["fired"])
+        self.active = frozenset(saved["active"])
+
     def prepare(self) -> None:
         """Give the clocks that have none the macro step as their interval; in Initialization Mode."""
         own = [c for c in self._time_based if c.interval_variability in SET_BY_IMPORTER and c.interval is None]

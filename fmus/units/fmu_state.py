@@ -16,8 +16,8 @@ from fmus.units.fmi_api import FmiApi
 class FmuState(StateCapability):
     """The FMU state, which stays inside the FMU; a saved state is a pointer to it."""
 
-    def __init__(self, fmu: Any, api: FmiApi, check: Callable[..., Any]) -> None:
-        self._check = check
+    def __init__(self, fmu: Any, api: FmiApi, check: Callable[..., Any], *, serializes: bool = False) -> None:
+        self._check, self.serializes = check, serializes
         self._get, self._set, self._free = (getattr(fmu, n) for n in (api.get_state, api.set_state, api.free_state))
         self._write, self._read = fmu.serializeFMUState, fmu.deserializeFMUState
 
@@ -33,10 +33,10 @@ class FmuState(StateCapability):
     def forget(self, state: Any) -> None:
         self._check("its state could not be released", self._free, state)
 
+    @override
     def serialized(self, state: Any) -> bytes:
-        """A saved state as bytes, for `deserialized` in any process. Raises `UnitError`."""
         return bytes(self._check("its state could not be written", self._write, state))
 
+    @override
     def deserialized(self, content: bytes) -> Any:
-        """A state of bytes that `serialized` gave, for `restore`. Raises `UnitError`."""
         return self._check("its state could not be read", self._read, content)

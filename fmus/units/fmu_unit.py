@@ -94,7 +94,8 @@ class FmuUnit(Unit):
             self._resources.close()
             raise
         if archive.interface.rolls_back:
-            self.state = FmuState(self._fmu, self.api, self._check)
+            serializes = bool(archive.interface_type.canSerializeFMUstate)
+            self.state = FmuState(self._fmu, self.api, self._check, serializes=serializes)
 
     def _kept(self) -> Path | None:
         """The folder with the files of the FMU in the user's cache, where this unit may share them."""

@@ -24,7 +24,7 @@ from fmus.units.unit import FMI_WARNING, Column, EndRequested, Unit, carry_out, 
 
 _OF_UNITS: Final = ("enter_initialization", "exit_initialization", "step", "tune", "terminate", "close")
 _OF_EVENTS: Final = ("activate", "update", "fired", "trigger")
-_OF_STATES: Final = ("save", "restore", "forget")
+_OF_STATES: Final = ("save", "restore", "forget", "serialized", "deserialized")
 """The methods that can be called from the other process."""
 
 
@@ -209,6 +209,16 @@ class _SavedStates(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._state.forget(self._saved.pop(state))
+
+    @override
+    def serialized(self, state: Any) -> bytes:
+        return self._state.serialized(self._saved[state])
+
+    @override
+    def deserialized(self, content: bytes) -> Any:
+        number = next(self._numbers)
+        self._saved[number] = self._state.deserialized(content)
+        return number
 
 
 if __name__ == "__main__":

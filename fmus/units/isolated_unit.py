@@ -58,7 +58,9 @@ class IsolatedUnit(Unit):
         self.events = _IsolatedEvents(self._call, self._call_timed) if archive.interface.event_mode else None
         if self.events is not None:
             self.events.demanded = bool(demanded)
-        self.state = _IsolatedState(self._call) if archive.interface.rolls_back else None
+        if archive.interface.rolls_back:
+            serializes = bool(archive.interface_type.canSerializeFMUstate)
+            self.state = _IsolatedState(self._call, serializes=serializes)
 
     def _received(self, reply: UnitReply) -> Any:
         """Take over what a reply contains, and give its value. Raises what the FMU's unit raised."""
@@ -182,8 +184,8 @@ class _IsolatedEvents(EventCapability):
 class _IsolatedState(StateCapability):
     """The state of the FMU in the other process, which keeps all that is saved."""
 
-    def __init__(self, call: Callable[..., Any]) -> None:
-        self._call = call
+    def __init__(self, call: Callable[..., Any], *, serializes: bool) -> None:
+        self._call, self.serializes = call, serializes
 
     @override
     def save(self) -> Any:
@@ -196,3 +198,11 @@ class _IsolatedState(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._call("forget", state)
+
+    @override
+    def serialized(self, state: Any) -> bytes:
+        return bytes(self._call("serialized", state))
+
+    @override
+    def deserialized(self, content: bytes) -> Any:
+        return self._call("deserialized", content)

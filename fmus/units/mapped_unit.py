@@ -6,6 +6,7 @@ one scatter on arrays that are prepared once; conventions (reference point, slip
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,7 @@ from fmus.units.adaptation import Adaptation, Link
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
 from fmus.units.rates import RunningIntegral, RunningRate
+from fmus.units.state_bytes import joined, parted
 from fmus.units.unit import (
     DEFAULT_SETUP,
     Column,
@@ -63,7 +65,8 @@ class MappedUnit(Unit):
         if interface.event_mode:
             self.events = inner.events
         if inner.state is not None:
-            self.state = _MappedState(inner.state, self._rates, self._integrals)
+            columns = [*self._u.values(), *self._y.values()]
+            self.state = _MappedState(inner.state, columns, self._rates, self._integrals)
 
     def _fill(self) -> None:
         """Give the columns of the foreign unit their first values."""
@@ -164,23 +167,30 @@ class MappedUnit(Unit):
 
 
 class _MappedState(StateCapability):
-    """The state of the foreign unit, with that of the rates and integrals around it."""
+    """The state of the foreign unit, with that of its columns, and of the rates and integrals around it."""
 
     def __init__(
-        self, inner: StateCapability, rates: Sequence[RunningRate], integrals: Sequence[RunningIntegral]
+        self,
+        inner: StateCapability,
+        columns: Sequence[Column],
+        rates: Sequence[RunningRate],
+        integrals: Sequence[RunningIntegral],
     ) -> None:
-        self._inner, self._rates, self._integrals = inner, rates, integrals
+        self._inner, self._columns, self._rates, self._integrals = inner, columns, rates, integrals
+        self.serializes = inner.serializes and all(column.dtype.kind != "O" for column in columns)
 
     @override
     def save(self) -> Any:
-        kept = [rate.kept for rate in self._rates], [(i.value, i.shown, i.h) for i in self._integrals]
-        return self._inner.save(), kept
+        kept = [[rate.kept] for rate in self._rates], [[i.value, i.shown, i.h] for i in self._integrals]
+        return self._inner.save(), [column.copy() for column in self._columns], kept
 
     @override
     def restore(self, state: Any) -> None:
-        inner, (rates, integrals) = state
+        inner, columns, (rates, integrals) = state
         self._inner.restore(inner)
-        for rate, kept in zip(self._rates, rates, strict=True):
+        for mine, saved in zip(self._columns, columns, strict=True):
+            mine[:] = saved
+        for rate, (kept,) in zip(self._rates, rates, strict=True):
             rate.kept = kept
         for integral, kept in zip(self._integrals, integrals, strict=True):
             integral.value, integral.shown, integral.h = kept
@@ -188,6 +198,18 @@ class _MappedState(StateCapability):
     @override
     def forget(self, state: Any) -> None:
         self._inner.forget(state[0])
+
+    @override
+    def serialized(self, state: Any) -> bytes:
+        inner, columns, kept = state
+        parts = [self._inner.serialized(inner), json.dumps(kept).encode()]
+        return joined([*parts, *(column.tobytes() for column in columns)])
+
+    @override
+    def deserialized(self, content: bytes) -> Any:
+        inner, kept, *columns = parted(content, 2 + len(self._columns))
+        values = [np.frombuffer(part, mine.dtype) for part, mine in zip(columns, self._columns, strict=True)]
+        return self._inner.deserialized(inner), values, json.loads(kept)
 
 
 def _of_present_buses(

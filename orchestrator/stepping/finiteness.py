@@ -83,6 +83,15 @@ class Finiteness:
         for watched in self.watched:
             watched.begin_anew()
 
+    def go_to(self, time: float) -> None:
+        """Forget what was found after a time [s]."""
+        found = [one for one in self._found if one.time <= time]
+        self.begin_anew()
+        self._found = found
+        known = {one.element.path for one in found}
+        for watched in self.watched:
+            watched.seen[:] = [element.path in known for element in watched.elements] if known else False
+
     def holds(self, tick: int) -> bool:
         """Whether the run may go on with the values of a tick, the present ones."""
         good = True

@@ -6,7 +6,8 @@ into flat tables: one column of memory per type that all units write to and read
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -28,6 +29,8 @@ from orchestrator.stepping.running_units import RunningUnits, end_remark
 from orchestrator.stepping.schedule import Schedule, schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.simulation_error import SimulationError
+from orchestrator.stepping.snapshot import Snapshot
+from orchestrator.stepping.state_keeper import StateKeeper
 from orchestrator.stepping.table_inputs import TableInputs
 from orchestrator.stepping.writing import Writer, known_path
 from orchestrator.stepping.written_inputs import WrittenInputs
@@ -89,6 +92,21 @@ class Simulation:
         self._status = RunStatus(grid, self.log, self._running.by_name)
         self._writer = Writer(system, self._table, self._running.by_name)
         self._native = native
+        self._keeper = StateKeeper(system, self.schedule, self._table, self.log, self._status, self._running)
+        self._parameters: Mapping[str, Any] = {}
+        self._replayed = ""
+        self._again = partial(
+            Simulation,
+            system,
+            h=h,
+            until=until,
+            start=start,
+            tolerance=tolerance,
+            record=record,
+            algorithm=algorithm,
+            solve_loops=solve_loops,
+            native=native,
+        )
         self._lifetime = Lifetime(self, self._running.close)
 
     def __enter__(self) -> Self:
@@ -108,11 +126,69 @@ class Simulation:
         """
         self._lifetime.check(lambda: self.time)
         self.system = system = with_values(self._given, parameters)
+        self._parameters = dict(parameters)
         self._status.begin_anew()
         self._table.begin_anew()
         self.log.begin_anew()
         self._written, self._writer = WrittenInputs(system), Writer(system, self._table, self._running.by_name)
         self._lifetime.begin_again(self, partial(self._running.reset, system), self._start)
+
+    def save(self) -> Snapshot:
+        """The state at the present tick, for `restore` and `fork`, and for a file.
+
+        Raises:
+            SimulationError: A unit cannot save its state, or cannot be opened.
+        """
+        self.open()
+        with self._told():
+            return self._keeper.save(self._parameters, self._written.changes)
+
+    @checked_arguments
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot, or on to one: what follows is bit by bit what it would have been.
+
+        Rows of later ticks go. Where a unit saves no state, all runs again from the start to the snapshot's tick.
+
+        Raises:
+            RequestError: It is a snapshot of another system, or the units cannot go back.
+            SimulationError: A unit fails.
+        """
+        self.open()
+        with self._told():
+            gone_back = self._keeper.restore(snapshot)
+        if not gone_back:
+            self._replay(snapshot)
+            return
+        self._parameters, self.system = snapshot.parameters, with_values(self._given, snapshot.parameters)
+        self._written.go_to(snapshot.changes)
+        self._bind()
+        self._compile()
+
+    def _replay(self, snapshot: Snapshot) -> None:
+        """Run from the start to a snapshot's tick, with all that was written on the way."""
+        self.reset(snapshot.parameters)
+        self.open()
+        for change in snapshot.changes:
+            self._advance(change.tick - 1)
+            self.release(change.path) if change.value is None else self.write(change.path, change.value)
+        self._advance(snapshot.tick)
+        self._keeper.check_replay(snapshot)
+        names = ", ".join(f"`{name}`" for name in snapshot.without_state or self._running.by_name)
+        self._replayed = f"it went back to {snapshot.time:g} s by running again from the start: {names} saves no state"
+
+    def fork(self) -> Simulation:
+        """Begin another simulation of the same system from the present state; both go their own ways from here.
+
+        Returns:
+            A simulation whose first row is that of the present tick; close it, or use it in a `with` statement.
+
+        Raises:
+            RequestError: A unit can neither go to another instance nor run again from the start.
+            SimulationError: A unit fails.
+        """
+        other = self._again()
+        other.restore(self.save())
+        return other
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -140,13 +216,11 @@ class Simulation:
         return self._status.step_times
 
     def _start(self) -> None:
-        try:
+        with self._told():
             self._running.open()
             self._bind()
             self._running.initialise(self._status.checked, self._status.end)
             self._compile()
-        except UnitError as fault:
-            raise self._fault(fault.unit, fault.reason) from fault
 
     def _bind(self) -> None:
         self._from_table.prepare(max(self.tick, 0))
@@ -157,6 +231,14 @@ class Simulation:
         compiled = CompiledSchedule(self.system, self.schedule, self._running.by_name, self._table, self.start)
         native = native_stepper(self._status, compiled, self._from_table) if self._native else None
         self._stepper = native or PythonStepper(self._status, compiled, self._from_table)
+
+    @contextmanager
+    def _told(self) -> Generator[None]:
+        """Tell of a unit that fails in the block as of one that fails in a step. Raises `SimulationError`."""
+        try:
+            yield
+        except UnitError as fault:
+            raise self._fault(fault.unit, fault.reason) from fault
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
         """The error of a unit that has failed; it is not terminated."""
@@ -182,10 +264,8 @@ class Simulation:
         """Complete the ticks up to `last`, or to where a unit asks for the end. Raises `SimulationError`."""
         if not self._lifetime.is_open:
             self.open()
-        try:
+        with self._told():
             self._stepper.advance(last)
-        except UnitError as fault:
-            raise self._fault(fault.unit, fault.reason) from fault
         if self._lifetime.ends_itself and self.is_over:
             self._lifetime.end()
 
@@ -207,7 +287,8 @@ class Simulation:
     def remarks(self) -> list[str]:
         """What a person should know of how the run went: the end that a unit asked for, and the units' remarks."""
         ends = [] if self.ended is None else [end_remark(self.ended, self.time)]
-        return [*ends, *self._running.remarks, *self.log.finiteness.remarks(), *self._stepper_remarks()]
+        replayed = [self._replayed] if self._replayed else []
+        return [*ends, *replayed, *self._running.remarks, *self.log.finiteness.remarks(), *self._stepper_remarks()]
 
     def _stepper_remarks(self) -> list[str]:
         reason = stepper_library().reason if self._native and self.tick >= 0 else ""
@@ -257,10 +338,8 @@ class Simulation:
 
     def _change(self, path: str, value: Any, change: Callable[[], None]) -> None:
         self.open()
-        try:
+        with self._told():
             change()
-        except UnitError as fault:
-            raise self._fault(fault.unit, fault.reason) from fault
         self._written.note(self.tick + 1, path, value)
         self._bind()
         self._compile()

@@ -92,7 +92,7 @@ class NativeStepper:
             python=PythonCall(self._python),
         )
         self._at = ctypes.addressof(self._program)
-        self._rows_until = -1
+        self._rows_in = -1
 
     def advance(self, last: int) -> None:
         """Complete the ticks up to `last`, or to where a unit asks for the end.
@@ -104,8 +104,8 @@ class NativeStepper:
         run, program = self._run, self._program
         while run.tick < last and not run.is_over:
             until = self._log.reserve(run.tick + 1)
-            if until != self._rows_until:
-                self._keep_rows(until)
+            if self._log.place != self._rows_in:
+                self._keep_rows()
             program.tick, program.stop = run.tick, run.ended is not None
             try:
                 end = self._advance(self._at, min(last, until - 1), _SLICE)
@@ -235,12 +235,12 @@ class NativeStepper:
             results=(ctypes.c_size_t * 4)(*call.results),
         )
 
-    def _keep_rows(self, until: int) -> None:
-        """Keep rows in the present block of memory, whose ticks end before `until`."""
+    def _keep_rows(self) -> None:
+        """Keep rows in the present block of memory."""
         rows = [operation for group in self._log.groups for operation in self._kept(group)]
         self._row_table = (NativeOperation * len(rows))(*rows)
         self._program.rows, self._program.n_rows = ctypes.addressof(self._row_table), len(rows)
-        self._rows_until = until  # at last: Ctrl-C may come before
+        self._rows_in = self._log.place  # at last: Ctrl-C may come before
 
     def _kept(self, group: RowGroup) -> Iterator[NativeOperation]:
         copies = [*((values, rows, None) for rows, values in group.copies), *((v, r, p) for r, v, p in group.picks)]

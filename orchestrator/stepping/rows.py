@@ -62,11 +62,16 @@ class RowGroup:
 
     def reserve(self, first: int, last: int) -> dict[Type, NDArray[Any]]:
         """Memory for the rows of the ticks from `first` to before `last`, to which rows are copied from now on."""
+        count = self.count(last) - self.count(first)
+        rows = {kind: zeros(kind, (count, n)) for kind, n in self._widths.items()}
+        self.use(first, rows)
+        return rows
+
+    def use(self, first: int, rows: Mapping[Type, NDArray[Any]]) -> None:
+        """Copy rows from now on to memory that `reserve` gave for the ticks from `first` on."""
         self.begin = self.count(first)
-        rows = {kind: zeros(kind, (self.count(last) - self.begin, n)) for kind, n in self._widths.items()}
         self.copies = [(rows[kind], values) for kind, (values, places) in self._values.items() if places is None]
         self.picks = [(rows[k], values, places) for k, (values, places) in self._values.items() if places is not None]
-        return rows
 
     def keep(self, tick: int) -> None:
         """Copy the present values, if it is their tick."""
@@ -111,6 +116,8 @@ class RowLog:
     def __init__(self, table: SignalTable, grid: TimeGrid, choice: Choice = EVERYTHING) -> None:
         self.kept = 0
         """Number of ticks whose rows are complete, so that another thread may read them."""
+        self.begun = 0
+        """The first tick that has a row; not 0 where the run has begun with a snapshot."""
         self.halted = ""
         """Why the run must not go on, in words; another thread says it."""
         self._length = grid.last_tick + 1
@@ -129,6 +136,8 @@ class RowLog:
         self._elsewhere: ColumnsOfTicks | None = None
         self._block_ticks = max(1, min(self._length, int(BLOCK * self._length / size) if size else self._length))
         self._first, self._last = 0, 0
+        self.place = 0
+        """Changes with the memory that rows are copied to."""
         self._plain = False
         self._reserve(0)
         # without a choice this is a single group of copies, which need not ask whose tick it is
@@ -139,12 +148,33 @@ class RowLog:
 
     def begin_anew(self) -> None:
         """Forget all rows; those that somebody has been given stay as they are."""
-        self.kept, self.halted = 0, ""
+        self.kept, self.halted, self.begun = 0, "", 0
         self.times[:] = self._grid.times
         with self._changing:
             self._blocks, self._elsewhere = [], None
         self._reserve(0)
         self.finiteness.begin_anew()
+
+    def go_to(self, tick: int) -> None:
+        """Go back to a tick that has a row, or begin at one that has none; the row of the present values is kept."""
+        blocks = [block for block in self._blocks if block.first <= tick]
+        self.times[:] = self._grid.times
+        if not blocks or not self.begun <= tick < self.kept:
+            with self._changing:
+                self._blocks, self._elsewhere = [], None
+            self.begun = tick
+            self._reserve(tick)
+        else:
+            for group, rows in zip(self.groups, blocks[-1].rows, strict=True):
+                group.use(blocks[-1].first, rows)
+            with self._changing:
+                self._blocks = blocks
+            self._copies = self.groups[0].copies if self._plain else []
+            self.place += 1
+            self._first, self._last = blocks[-1].first, blocks[-1].last
+        self.finiteness.go_to(float(self.times[tick]))
+        self.keep(tick)
+        self.kept = tick + 1
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
@@ -169,6 +199,7 @@ class RowLog:
         with self._changing:
             self._blocks = [*(former for former in self._blocks if former.first < tick), block]
         self._copies = self.groups[0].copies if self._plain else []
+        self.place += 1
         self._first, self._last = tick, last
 
     @property
@@ -225,7 +256,7 @@ class RowLog:
             The ticks at which something was kept, (rows,); and by full path a column for each element, (rows,), in the
             order of the units. Where a signal was not kept at such a tick, its number is NaN and its text empty.
         """
-        last = self.kept if last is None else last
+        first, last = max(first, self.begun), self.kept if last is None else last
         due = [group.ticks(first, last) for group in self.groups]
         ticks = self.row_ticks(first, last)
         columns: dict[str, NDArray[Any]] = {}

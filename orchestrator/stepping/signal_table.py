@@ -184,6 +184,15 @@ class SignalTable:
         self._keep(unit, name, value)
         self._held.add((unit, name))
 
+    @property
+    def held(self) -> frozenset[tuple[str, str]]:
+        """The inputs that are held by `hold`: their unit and their name."""
+        return frozenset(self._held)
+
+    @held.setter
+    def held(self, held: frozenset[tuple[str, str]]) -> None:
+        self._held = set(held)
+
     def is_held(self, unit: str, name: str) -> bool:
         """Whether an input is held by `hold`."""
         return (unit, name) in self._held

@@ -89,7 +89,7 @@ def test_opening_initialising_and_closing_the_fmus_of_static(benchmark, static, 
 def test_resetting_the_fmus_of_static_with_other_parameters(benchmark, static):
     """FMI's reset of the three, and all parameters set anew up to Initialization Mode."""
     with Simulation(static.system, h=static.h, until=static.until) as simulation:
-        units = simulation._units
+        units = simulation._running.by_name
         values = {name: {**source.parameters} for name, source in static.system.units.items()}
 
         def reset():

@@ -92,10 +92,10 @@ def test_a_slave_is_reset_and_runs_again(slave):
     system = System({"m": Fmu(slave, {"k": 2.0, "x_start": 0.5, "said": "hello"})}, {}, held=HELD)
     with Simulation(system, h=0.1, until=1.0) as simulation:
         simulation.run()
-        expected, unit = simulation.frame(), simulation._units["m"]
+        expected, unit = simulation.frame(), simulation._running.by_name["m"]
         simulation.reset()
         simulation.run()
-        assert simulation._units["m"] is unit
+        assert simulation._running.by_name["m"] is unit
         assert simulation.frame().equals(expected)
 
 
@@ -271,12 +271,12 @@ def test_a_bouncing_ball_follows_its_solution_and_fmpy(models):
 def test_a_model_has_no_reset_and_is_opened_again(models):
     with Simulation(System({"m": Fmu(models["ball"])}, {}), h=0.1, until=1.0) as simulation:
         simulation.run()
-        expected, unit = simulation.frame(), simulation._units["m"]
+        expected, unit = simulation.frame(), simulation._running.by_name["m"]
         with pytest.raises(NoResetError, match="it has no reset"):
             unit.reset()
         simulation.reset()
         simulation.run()
-        assert simulation._units["m"] is not unit
+        assert simulation._running.by_name["m"] is not unit
         assert simulation.frame().equals(expected)
 
 

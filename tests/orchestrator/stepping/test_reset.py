@@ -169,7 +169,7 @@ def test_a_unit_that_has_failed_or_cannot_be_reset_is_opened_again(built_fmus, m
     made = load("static", Options())
     with Simulation(made.system, h=made.h, until=0.5) as simulation:
         expected, _ = frames(simulation)
-        units = {**simulation._units}
+        units = {**simulation._running.by_name}
 
         def refuse(*_):
             raise UnitError("plant", "no", ())
@@ -178,16 +178,16 @@ def test_a_unit_that_has_failed_or_cannot_be_reset_is_opened_again(built_fmus, m
         monkeypatch.setattr(units["traffic"], "terminate", refuse)
         simulation._running.failed = "controller"
         simulation.reset()
-        assert not any(simulation._units[name] is units[name] for name in units)
+        assert not any(simulation._running.by_name[name] is units[name] for name in units)
         assert frames(simulation)[0].equals(expected)
 
 
 def test_units_are_not_opened_again_otherwise(static, monkeypatch):
     with Simulation(static.system, h=static.h, until=0.5) as simulation:
-        units = {**simulation._units}
+        units = {**simulation._running.by_name}
         simulation.run()
         simulation.reset()
-        assert all(simulation._units[name] is unit for name, unit in units.items())
+        assert all(simulation._running.by_name[name] is unit for name, unit in units.items())
 
 
 def test_a_reset_that_fails_closes_all(built_fmus, monkeypatch):
