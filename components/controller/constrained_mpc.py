@@ -88,7 +88,7 @@ class ConstrainedMpc(Guidance, ConstrainedSettings, Sampled[ControllerInputs, Co
     * the steering rate is weighted and bounded;
     * the path's arcs can use a share `mu_share` of the friction, to leave some for corrections.
 
-    Solved by `ilqr`, a fixed number of iterations from the previous plan shifted by one step. `solver.kkt` is the
+    Solved by `ilqr`, a bounded number of iterations from the previous plan shifted by one step. `solver.kkt` is the
     relative decrease of the cost in the last iteration. Obstacles that the path does not pass beside (one that is
     followed) do not narrow the corridor: the planner's speed keeps the distance.
     Feedthrough: all inputs to all outputs.

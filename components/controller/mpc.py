@@ -30,7 +30,7 @@ from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
 NEWTON_ITERATIONS = 10
-"""Iterations per solve; most solves need four."""
+"""Iterations per solve at most; most solves need four, the last of which finds that it has converged."""
 
 
 @record

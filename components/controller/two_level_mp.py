@@ -22,7 +22,7 @@ from components.interfaces.sockets import CONTROLLER, ControllerInputs
 from components.interfaces.staging import staged
 
 _ITERATIONS = 20
-"""Iterations per solve; most solves need five."""
+"""Iterations per solve at most; most solves need four, the last of which finds that it has converged."""
 
 _LARGEST = 1e9
 """A new state with a larger number has diverged, and the previous one is kept."""

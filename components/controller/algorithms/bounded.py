@@ -80,7 +80,8 @@ def _residual_function(kind: type, dimensions: Dimensions, n: int) -> ca.Functio
     """``residual(z, data) -> (cost, kkt)``."""
     problem = symbolic(kind, dimensions, n)
     kkt = residual(problem, ca.gradient(problem.cost, problem.z))
-    return ca.Function("residual", [problem.z, problem.data], [problem.cost, kkt])
+    results: Any = ca.cse([problem.cost, kkt])
+    return ca.Function("residual", [problem.z, problem.data], results)
 
 
 def residual(problem: SymbolicProblem, gradient: Any) -> Any:

@@ -176,7 +176,8 @@ def _move(stages: Stages) -> ca.Function:
     control = unpack(stages.input, applied)
     r = ca.vertcat(*stages.residual(constants, stage, state, control))
     after = column_of(stages.step(constants, state, control))
-    return ca.Function("move", [x, p, data, u, x_old, k, K, alpha], [after, applied, ca.sumsqr(r)])
+    results: Any = ca.cse([after, applied, ca.sumsqr(r)])
+    return ca.Function("move", [x, p, data, u, x_old, k, K, alpha], results)
 
 
 def _quadratic(stages: Stages) -> ca.Function:
@@ -226,7 +227,8 @@ def _sweep(stages: Stages) -> ca.Function:
     after_xx = Q_xx + K.T @ Q_uu @ K + K.T @ Q_ux + Q_ux.T @ K
     after_xx = (after_xx + after_xx.T) / 2
     inputs = [V_x, V_xx, p, u, l_x, l_xx, l_u, l_uu, l_ux, A, B, damping]
-    return ca.Function("sweep", inputs, [after_x, after_xx, k, K])
+    results: Any = ca.cse([after_x, after_xx, k, K])
+    return ca.Function("sweep", inputs, results)
 
 
 def _clamped(Q_uu: Any, Q_u: Any, Q_ux: Any, low: Any, high: Any) -> tuple[Any, Any]:
