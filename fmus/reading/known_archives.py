@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ _MOST: Final = 64
 _MOST_VARIABLES: Final = 5000
 """The most variables of a description that is kept; each takes some kilobytes."""
 _known: OrderedDict[tuple[Any, ...], Archive] = OrderedDict()
+_changing: Final = threading.Lock()
 
 
 def known_or_read(path: Path, choices: tuple[Any, ...], read: Callable[[], Archive]) -> Archive:
@@ -30,12 +32,14 @@ def known_or_read(path: Path, choices: tuple[Any, ...], read: Callable[[], Archi
         key = path, digest_of(path), *choices
     except OSError:
         return read()  # it tells why
-    if key in _known:
-        _known.move_to_end(key)
-        return _known[key]
+    with _changing:
+        if key in _known:
+            _known.move_to_end(key)
+            return _known[key]
     found = read()
     if not found.structural and len(found.description.modelVariables) <= _MOST_VARIABLES:
-        _known[key] = found
-        if len(_known) > _MOST:
-            _known.popitem(last=False)
+        with _changing:
+            _known[key] = found
+            if len(_known) > _MOST:
+                _known.popitem(last=False)
     return found

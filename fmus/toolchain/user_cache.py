@@ -72,7 +72,7 @@ class UserCache:
         try:
             self._make_private()
             wanted = self.place / f"{key}-{size}"  # the size is told without looking at all files
-            if wanted.is_dir() and is_sound(wanted):
+            if _is_folder(wanted) and is_sound(wanted):
                 with suppress(OSError):  # on a disk that can only be read
                     os.utime(wanted)  # it is used, so that others go first
                 return CachedFolder(wanted, was_damaged=False)
@@ -87,10 +87,10 @@ class UserCache:
         with suppress(FileExistsError):
             place.mkdir(mode=0o700)
         if os.name == "posix":
-            for folder in (place.parent, place):
-                _check_owner(folder)
-            if place.lstat().st_mode & (stat.S_IRWXG | stat.S_IRWXO):
-                place.chmod(0o700)
+            _make_own(place.parent, _OTHERS_WRITE)
+            if place.lstat().st_mode & _OTHERS_WRITE:
+                raise UnusableCacheError(f"{place}: other users can write to it")
+            _make_own(place, stat.S_IRWXG | stat.S_IRWXO)
 
     def _made(self, wanted: Path, is_sound: Callable[[Path], bool], fill: Callable[[Path], None]) -> CachedFolder:
         """Make a folder that takes its name when it is complete, while no other process changes anything."""
@@ -99,8 +99,9 @@ class UserCache:
         place = wanted.parent
         try:
             with FileLock(place / _LOCK, timeout=_PATIENCE, mode=0o600):
-                if (is_there := wanted.is_dir()) and is_sound(wanted):  # another process has made it meanwhile
+                if _is_folder(wanted) and is_sound(wanted):  # another process has made it meanwhile
                     return CachedFolder(wanted, was_damaged=False)
+                is_there = os.path.lexists(wanted)
                 _remove_partial(place)  # what killed processes have left
                 try:
                     new = Path(tempfile.mkdtemp(prefix=_PARTIAL, dir=place))
@@ -125,19 +126,24 @@ class UserCache:
                 _put_aside(path)
 
 
-def _check_owner(folder: Path) -> None:
-    """Refuse a folder that is somebody else's, or that somebody else can change. Raises `UnusableCacheError`."""
+def _make_own(folder: Path, not_for_others: int) -> None:
+    """Take permissions from other users. Raises `UnusableCacheError` where it is not a folder of this user."""
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
         raise UnusableCacheError(f"{folder}: it is no folder")
     if found.st_uid != os.geteuid():
         raise UnusableCacheError(f"{folder}: it belongs to another user")
-    if found.st_mode & _OTHERS_WRITE:
-        raise UnusableCacheError(f"{folder}: other users can write to it")
+    if found.st_mode & not_for_others:
+        folder.chmod(stat.S_IMODE(found.st_mode) & ~not_for_others)
+
+
+def _is_folder(path: Path) -> bool:
+    """Whether there is a folder, and no link to one."""
+    return path.is_dir() and not path.is_symlink()
 
 
 def _folders(place: Path) -> Iterator[Path]:
-    return (path for path in place.iterdir() if not path.name.startswith(".") and not path.is_symlink())
+    return (path for path in place.iterdir() if not path.name.startswith(".") and _is_folder(path))
 
 
 def _put_aside(folder: Path) -> None:

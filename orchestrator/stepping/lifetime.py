@@ -57,20 +57,17 @@ class Lifetime:
             self._stage = _Stage.OPEN
             self._carry_out(start)
 
-    def begin_again(self, owner: object, reset: Callable[[], None], start: Callable[[], None]) -> None:
+    def begin_again(self, owner: object, start: Callable[[], None]) -> None:
         """Begin again; units that were closed at the stop time are opened when they are needed.
 
         Args:
             owner: The simulation.
-            reset: Brings the units back, if any are open.
-            start: Starts them again.
+            start: Starts units that are open again.
         """
         if self._stage is _Stage.ENDED:
             self._release = weakref.finalize(owner, self._close)
             self._stage = _Stage.NEW
-        is_open = self._stage is _Stage.OPEN
-        self._carry_out(reset)
-        if is_open:
+        elif self._stage is _Stage.OPEN:
             self._carry_out(start)
 
     def check(self, time: Callable[[], float]) -> None:

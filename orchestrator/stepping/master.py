@@ -131,7 +131,8 @@ class Simulation:
         self._table.begin_anew()
         self.log.begin_anew()
         self._written, self._writer = WrittenInputs(system), Writer(system, self._table, self._running.by_name)
-        self._lifetime.begin_again(self, partial(self._running.reset, system), self._start)
+        self._running.begin_anew(system)
+        self._lifetime.begin_again(self, self._start)
 
     def save(self) -> Snapshot:
         """The state at the present tick, for `restore` and `fork`, and for a file.

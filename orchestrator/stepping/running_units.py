@@ -45,13 +45,20 @@ class RunningUnits:
         self._of_opening: dict[str, tuple[str, ...]] = {}
         """The remarks on units that were opened; those that follow are about a run."""
 
+    def begin_anew(self, system: System) -> None:
+        """Have the parameter values of a system, which is the same otherwise, from the next call of `open` on."""
+        self._system = system
+        if not self._of_opening:
+            self.by_name.clear()  # closed units, which would still tell what they had to say
+
     def open(self) -> None:
-        """Open all units, unless they are open, with Event Mode where the schedule or a unit demands it.
+        """Open all units, with Event Mode where the schedule uses it or a unit demands it; reset those that are open.
 
         Raises:
             RequestError: A unit cannot be opened.
         """
         if self._of_opening:
+            self._reset()
             return
         with opening(self._system.units.values()):
             for name in self._system.units:
@@ -63,18 +70,8 @@ class RunningUnits:
         self.by_name[name] = unit = self._system.units[name].open(name)
         self._of_opening[name] = tuple(unit.remarks)
 
-    def reset(self, system: System) -> None:
-        """Return to where `open` ended, with the parameter values of a system that is the same otherwise.
-
-        A unit that has failed, or cannot be reset, is closed, and another one is opened in its place; units that are
-        closed remain so.
-
-        Raises:
-            RequestError: A unit cannot be opened again.
-        """
-        self._system = system
-        if not self._of_opening:
-            self.by_name.clear()
+    def _reset(self) -> None:
+        """Reset all units. One that has failed, or cannot be reset, is closed, and opened again in its place."""
         for name, unit in self.by_name.items():
             try:
                 if name == self.failed:

@@ -21,7 +21,7 @@ fmi1Component F(InstantiateSlave)(fmi1String name, fmi1String guid, fmi1String l
     return m;
 }
 void F(FreeSlaveInstance)(fmi1Component c) { free(c); }
-fmi1Status F(ResetSlave)(fmi1Component c) { M_; m->initialized = 0; return fmi1OK; }
+fmi1Status F(ResetSlave)(fmi1Component c) { M_; m->initialized = 0; memset(m->i, 0, sizeof m->i); m->b[0] = 0; m->s[0] = ""; return fmi1OK; }
 fmi1Status F(InitializeSlave)(fmi1Component c, fmi1Real t, fmi1Boolean defined, fmi1Real stop) {
     M_;
 #ifdef NEEDS_STOP

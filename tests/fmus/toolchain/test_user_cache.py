@@ -120,6 +120,26 @@ def test_one_that_others_can_write_to_is_not_used(place, mode):
     assert place.stat().st_mode & 0o777 == 0o700
 
 
+def test_what_others_can_do_in_the_folder_around_it_is_taken_from_them(place):
+    cached("a")
+    place.parent.chmod(0o775)
+    cached("a")
+    assert place.parent.stat().st_mode & 0o777 == 0o755
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_what_stands_in_the_place_of_a_folder_is_replaced(place, tmp_path, link):
+    path, _ = cached("a")
+    path.rename(tmp_path / "elsewhere")
+    if link:
+        path.symlink_to(tmp_path / "elsewhere")
+    else:
+        path.touch()
+    assert cached("a") == (path, True)
+    assert not path.is_symlink()
+    assert (tmp_path / "elsewhere" / "file").is_file()
+
+
 def test_one_behind_a_link_is_not_used(place, tmp_path):
     cached("a")
     place.rename(tmp_path / "elsewhere")

@@ -43,6 +43,18 @@ def test_what_an_fmu_changes_in_its_steps_is_put_back(in_tmp_path, deed):
     assert len(rows) == 6
 
 
+def test_a_reset_is_guarded_and_forgets_what_was_said(in_tmp_path):
+    unit = Fmu(made(in_tmp_path, "0"), in_process=True).open("m")
+    unit.messages.append("a message")
+    unit.warned()
+    unit.enter_initialization({})
+    os.chdir("/")  # as the FMU might
+    unit.reset()
+    assert Path.cwd() == in_tmp_path
+    assert (len(unit.messages), unit.warnings) == (0, 0)
+    unit.close()
+
+
 def test_only_fmus_of_other_makers_are_guarded(in_tmp_path, built_fmus):
     theirs = Fmu(made(in_tmp_path, "0"), in_process=True).open("m")
     ours = Fmu(built_fmus / "fmi3" / "stationary.fmu").open("m")

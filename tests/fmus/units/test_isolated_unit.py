@@ -16,6 +16,7 @@ from components.interfaces.quantity import Type, zeros
 from fmus.toolchain.scratch import scratch_root
 from fmus.toolchain.version import Version
 from fmus.units.unit import carry_out, widths
+from orchestrator import load
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.whole_run import simulate
 from orchestrator.system.source import Fmu
@@ -148,6 +149,41 @@ def test_nothing_stays_behind(tmp_path, monkeypatch):
     failing(path)
     assert left_in(place) == []
     assert len(open_files() - before) <= 1
+
+
+def test_processes_share_the_files_in_the_cache_until_an_fmu_changes_them(tmp_path, monkeypatch):
+    cache = tmp_path / "cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    headers = "#define _GNU_SOURCE\n#include <dlfcn.h>\n#include <stdio.h>\n#include <string.h>"
+    writes = """
+static int more(void *own) {
+    Dl_info found; char name[4096]; FILE *file;
+    if (!dladdr(own, &found)) return 3;
+    snprintf(name, sizeof name, "%s.txt", found.dli_fname);
+    if (!(file = fopen(name, "w"))) return 3;
+    return fclose(file);
+}"""
+    source = f'{headers}\n{writes}\n#define STATUS more((void *)more)\n#include "echo3.c"'
+    system = System({"m": Fmu(made(tmp_path, source))}, {})
+    told = []
+    for _ in range(2):
+        with Simulation(system, h=0.1, until=0.1) as simulation:
+            simulation.run()
+            told.append(simulation.remarks)
+    (kept,) = (path for path in (cache / "macrostep" / "unpacked").iterdir() if path.is_dir())
+    assert list(kept.rglob("*.txt"))
+    assert told == [[], [f"unit `m`: its files in the cache had changed, and were unpacked again ({kept})"]]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_reset_forgets_what_was_said(built_fmus, version):
+    file = built_fmus / f"fmi{version}" / "bicycle.fmu"
+    unit = Fmu(file, load("static").system.units["plant"].parameters, isolated=30.0).open("plant")
+    unit.messages.append("a message")
+    unit.warned()
+    unit.reset()
+    assert (len(unit.messages), unit.warnings) == (0, 0)
+    unit.close()
 
 
 HARMLESS = {

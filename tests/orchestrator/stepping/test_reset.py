@@ -13,6 +13,7 @@ from threading import Barrier, Thread
 import pytest
 
 from components.interfaces.problem import RequestError
+from fmus.reading.kept_files import KeptFiles
 from fmus.toolchain.version import WRITTEN_VERSIONS, Version
 from fmus.units.fmu_unit import FmuUnit
 from fmus.units.unit import UnitError
@@ -182,6 +183,21 @@ def test_a_unit_that_has_failed_or_cannot_be_reset_is_opened_again(built_fmus, m
         assert frames(simulation)[0].equals(expected)
 
 
+def test_a_unit_that_cannot_be_opened_again_is_a_fault_at_the_start(built_fmus, monkeypatch):
+    made = load("static", Options())
+
+    def refuse(*_):
+        raise UnitError("plant", "its process died", ())
+
+    with Simulation(made.system, h=made.h, until=0.5) as simulation:
+        simulation.run()
+        monkeypatch.setattr(simulation._running.by_name["plant"], "reset", refuse)
+        monkeypatch.setattr(Fmu, "open", refuse)
+        with pytest.raises(SimulationError) as error:
+            simulation.reset()
+    assert (error.value.tick, error.value.unit, error.value.reason) == (0, "plant", "its process died")
+
+
 def test_units_are_not_opened_again_otherwise(static, monkeypatch):
     with Simulation(static.system, h=static.h, until=0.5) as simulation:
         units = {**simulation._running.by_name}
@@ -198,6 +214,18 @@ def test_a_reset_that_fails_closes_all(built_fmus, monkeypatch):
             simulation.reset()
         with pytest.raises(RequestError, match="closed"):
             simulation.step()
+
+
+def test_what_several_units_have_to_say_stands_there_once(built_fmus, monkeypatch):
+    remark = "as the cache cannot be used"
+    monkeypatch.setattr("fmus.units.fmu_unit.kept_files", lambda _: KeptFiles(None, remark))
+    made = load("static", Options())
+    with Simulation(made.system, h=made.h, until=0.2) as simulation:
+        simulation._running.by_name["plant"].remark("of one alone")
+        names = ", ".join(f"`{name}`" for name in made.system.units)
+        assert simulation.remarks == [f"units {names}: {remark}", "unit `plant`: of one alone"]
+        simulation.reset()
+        assert simulation.remarks == [f"units {names}: {remark}"]
 
 
 def test_a_pool_keeps_simulations_open_for_the_next_run(static):

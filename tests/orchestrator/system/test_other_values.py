@@ -39,7 +39,7 @@ def test_what_no_parameter_can_be_is_told_all_at_once(system):
     assert found[1].startswith("plant.mm: found an unknown parameter; valid: a parameter of `bicycle`: ")
     assert found[2:] == [
         "palnt.m: found a parameter of no unit; valid: the path of a parameter, with its unit. Did you mean `plant.m`?",
-        "m: found a parameter of no unit; valid: the path of a parameter, with its unit.",
+        "m: found a parameter of no unit; valid: the path of a parameter, with its unit",
     ]
     assert refusals(system, {"plant": 3.0})[0].startswith("plant: found a parameter of no unit")
 
