@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from orchestrator.scenario.options import Options
     from orchestrator.stepping.master import Simulation, SimulationError
     from orchestrator.stepping.simulation_pool import SimulationPool
+    from orchestrator.stepping.snapshot import Snapshot
     from orchestrator.stepping.whole_run import simulate
     from orchestrator.system.experiment import Algorithm, Scenario
     from orchestrator.system.scene import Scene
@@ -47,6 +48,7 @@ __all__ = [
     "Simulation",
     "SimulationError",
     "SimulationPool",
+    "Snapshot",
     "System",
     "block_source",
     "execute",
@@ -75,6 +77,7 @@ __getattr__, __dir__ = facade(
         "orchestrator.scenario.options": ("Options",),
         "orchestrator.stepping.master": ("Simulation", "SimulationError"),
         "orchestrator.stepping.simulation_pool": ("SimulationPool",),
+        "orchestrator.stepping.snapshot": ("Snapshot",),
         "orchestrator.stepping.whole_run": ("simulate",),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
         "orchestrator.system.scene": ("Scene",),

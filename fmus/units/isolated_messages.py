@@ -149,7 +149,7 @@ class Raised:
 class UnitReply:
     """The reply to a request."""
 
-    value: bool | int | list[str] | None = None
+    value: bool | int | bytes | list[str] | None = None
     messages: tuple[Message, ...] = ()
     remarks: tuple[str, ...] = ()
     warnings: int = 0

@@ -130,7 +130,8 @@ class Snapshot:
         """
         if not Path(path).is_file():
             raise refuse(str(path), "no such file", _VALID)
-        with reading(str(path), _VALID, "Save another one.", "a damaged file"), np.load(path) as arrays:
+        damaged = reading(str(path), _VALID, "Save another one.", "a damaged file")
+        with damaged, Path(path).open("rb") as file, np.load(file) as arrays:
             about = json.loads(arrays["about"].tobytes())
             if about["format"] != FORMAT:
                 raise refuse(str(path), f"the form {about['format']}", f"the form {FORMAT} of this version")
