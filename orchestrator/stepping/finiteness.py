@@ -85,6 +85,8 @@ class Finiteness:
 
     def go_to(self, time: float) -> None:
         """Forget what was found after a time [s]."""
+        if not self._found and all(watched.expected.all() for watched in self.watched):
+            return
         found = [one for one in self._found if one.time <= time]
         self.begin_anew()
         self._found = found

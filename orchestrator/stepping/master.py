@@ -95,18 +95,9 @@ class Simulation:
         self._keeper = StateKeeper(system, self.schedule, self._table, self.log, self._status, self._running)
         self._parameters: Mapping[str, Any] = {}
         self._replayed = ""
-        self._again = partial(
-            Simulation,
-            system,
-            h=h,
-            until=until,
-            start=start,
-            tolerance=tolerance,
-            record=record,
-            algorithm=algorithm,
-            solve_loops=solve_loops,
-            native=native,
-        )
+        times = {"h": h, "until": until, "start": start, "tolerance": tolerance}
+        choices = {"record": record, "algorithm": algorithm, "solve_loops": solve_loops, "native": native}
+        self._again = partial(Simulation, system, **times, **choices)
         self._lifetime = Lifetime(self, self._running.close)
 
     def __enter__(self) -> Self:
@@ -155,15 +146,18 @@ class Simulation:
             SimulationError: A unit fails.
         """
         self.open()
+        held = self._table.held
         with self._told():
             gone_back = self._keeper.restore(snapshot)
         if not gone_back:
             self._replay(snapshot)
             return
-        self._parameters, self.system = snapshot.parameters, with_values(self._given, snapshot.parameters)
         self._written.go_to(snapshot.changes)
-        self._bind()
-        self._compile()
+        if snapshot.parameters is not self._parameters:
+            self._parameters, self.system = snapshot.parameters, with_values(self._given, snapshot.parameters)
+        if snapshot.held != held:
+            self._bind()
+            self._compile()
 
     def _replay(self, snapshot: Snapshot) -> None:
         """Run from the start to a snapshot's tick, with all that was written on the way."""

@@ -31,7 +31,7 @@ from orchestrator.stepping.native_tables import (
     copied,
     moved,
 )
-from orchestrator.stepping.rows import RowGroup
+from orchestrator.stepping.row_group import RowGroup
 from orchestrator.stepping.run_status import RunStatus
 from orchestrator.stepping.table_inputs import TableInputs
 

@@ -7,7 +7,7 @@ what is not wanted is not even copied.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from components.interfaces.quantity import DTYPES, Type, zeros
 from orchestrator.stepping.finiteness import Finiteness
 from orchestrator.stepping.paces import paces
 from orchestrator.stepping.row_batch import RowBatch
+from orchestrator.stepping.row_group import RowGroup
 from orchestrator.stepping.signal_table import RecordedElement, SignalTable
 from orchestrator.system.experiment import EVERYTHING, Choice, TimeGrid
 
@@ -32,64 +33,6 @@ BLOCK: Final = 2**22
 """[byte] About how many rows are in a block of memory."""
 KEPT_BLOCKS: Final = 8
 """The blocks that stay in memory, so that what goes wrong with the disk for some time loses nothing."""
-
-
-class RowGroup:
-    """Signals that are kept at every `every`-th tick, and where the rows of a block of ticks are copied to."""
-
-    def __init__(self, table: SignalTable, every: int, chosen: Sequence[RecordedElement]) -> None:
-        self.every = every
-        self.elements: list[RecordedElement] = []
-        """The chosen elements by type, each with its index among the rows of that type."""
-        self._values: dict[Type, tuple[NDArray[Any], NDArray[np.int64] | None]] = {}
-        """By type, values in the table, and the places of those that are kept; none where these lie side by side."""
-        self._widths: dict[Type, int] = {}
-        self.begin = 0
-        """The row of the first tick of the present block."""
-        self.copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
-        """Rows, and the values that lie side by side in the table."""
-        self.picks: list[tuple[NDArray[Any], NDArray[Any], NDArray[np.int64]]] = []
-        """Rows, values, and the places of those that are kept."""
-        for kind in dict.fromkeys(element.type for element in chosen):
-            of_kind = [element for element in chosen if element.type is kind]
-            self.elements += [element._replace(position=i) for i, element in enumerate(of_kind)]
-            at = np.array([element.position for element in of_kind])
-            self._widths[kind] = len(at)
-            if (np.diff(at) == 1).all():
-                self._values[kind] = table.columns[kind][at[0] : at[-1] + 1], None
-            else:
-                self._values[kind] = table.columns[kind], at
-
-    def reserve(self, first: int, last: int) -> dict[Type, NDArray[Any]]:
-        """Memory for the rows of the ticks from `first` to before `last`, to which rows are copied from now on."""
-        count = self.count(last) - self.count(first)
-        rows = {kind: zeros(kind, (count, n)) for kind, n in self._widths.items()}
-        self.use(first, rows)
-        return rows
-
-    def use(self, first: int, rows: Mapping[Type, NDArray[Any]]) -> None:
-        """Copy rows from now on to memory that `reserve` gave for the ticks from `first` on."""
-        self.begin = self.count(first)
-        self.copies = [(rows[kind], values) for kind, (values, places) in self._values.items() if places is None]
-        self.picks = [(rows[k], values, places) for k, (values, places) in self._values.items() if places is not None]
-
-    def keep(self, tick: int) -> None:
-        """Copy the present values, if it is their tick."""
-        row, other = divmod(tick, self.every)
-        if not other:
-            row -= self.begin
-            for rows, values in self.copies:
-                rows[row] = values
-            for rows, values, places in self.picks:
-                values.take(places, 0, rows[row], "clip")  # "clip": no copy between; all places are in range
-
-    def ticks(self, first: int, last: int) -> NDArray[np.int64]:
-        """Those of the ticks from `first` to before `last` that have a row."""
-        return np.arange(self.count(first) * self.every, last, self.every)
-
-    def count(self, ticks: int) -> int:
-        """How many rows the ticks before `ticks` have."""
-        return -(-ticks // self.every)
 
 
 class _Block(NamedTuple):
@@ -124,8 +67,10 @@ class RowLog:
         pace = paces(table.system, choice)
         chosen = [element for element in table.elements() if pace[element.path]]
         size = _size(self._length, [(element.type, pace[element.path]) for element in chosen])
-        self.times, self._grid = grid.times, grid
+        self.times = grid.times
         """[s] The time of each tick, (ticks,); of the last row it differs where a unit ended between two ticks."""
+        self._planned: tuple[int, float] | None = None
+        """The tick whose row has another time, and its own."""
         self._order = [element.path for element in chosen]
         self.groups = [
             RowGroup(table, every, [element for element in chosen if pace[element.path] == every])
@@ -149,16 +94,27 @@ class RowLog:
     def begin_anew(self) -> None:
         """Forget all rows; those that somebody has been given stay as they are."""
         self.kept, self.halted, self.begun = 0, "", 0
-        self.times[:] = self._grid.times
+        self._lengthen()
         with self._changing:
             self._blocks, self._elsewhere = [], None
         self._reserve(0)
         self.finiteness.begin_anew()
 
+    def shorten(self, tick: int, time: float) -> None:
+        """Give a row, the last one, an earlier time [s] than that of its tick."""
+        self._planned = tick, float(self.times[tick])
+        self.times[tick] = time
+
+    def _lengthen(self) -> None:
+        """Undo `shorten`."""
+        if self._planned is not None:
+            tick, self.times[tick] = self._planned
+            self._planned = None
+
     def go_to(self, tick: int) -> None:
         """Go back to a tick that has a row, or begin at one that has none; the row of the present values is kept."""
         blocks = [block for block in self._blocks if block.first <= tick]
-        self.times[:] = self._grid.times
+        self._lengthen()
         if not blocks or not self.begun <= tick < self.kept:
             with self._changing:
                 self._blocks, self._elsewhere = [], None

@@ -61,7 +61,7 @@ class RunStatus:
     def shorten(self) -> None:
         """Give the last row the time at which a single unit came to its end."""
         if self.ended is not None and len(self.units) == 1:
-            self.log.times[self.tick] = min(self.ended.time, self.time)
+            self.log.shorten(self.tick, min(self.ended.time, self.time))
 
     def complete(self, *, finite: bool) -> None:
         """Note that the present tick has its row.

@@ -21,7 +21,7 @@ from components.interfaces.quantity import DTYPES, Type
 from fmus.toolchain.door import reading
 from fmus.units.capabilities import StateCapability
 from fmus.units.unit import Column, EndRequested, UnitError
-from orchestrator.stepping.written_inputs import Change
+from orchestrator.stepping.written_inputs import WrittenValue
 
 FORMAT: Final = 1
 """The version of the file's form."""
@@ -62,7 +62,7 @@ class Snapshot:
     """By type, the values of all signals, and of inputs that nothing drives."""
     held: frozenset[tuple[str, str]] = field(repr=False)
     """The inputs that were written: their unit and their name."""
-    changes: tuple[Change, ...] = field(repr=False)
+    changes: tuple[WrittenValue, ...] = field(repr=False)
     """What was written since the start."""
     parameters: Mapping[str, Any] = field(repr=False)
     """The values of `Simulation.reset`."""
@@ -141,7 +141,7 @@ class Snapshot:
                 time=float(about["time"]),
                 columns={kind: _column(arrays[f"column_{kind.value}"], kind) for kind in Type},
                 held=frozenset((str(unit), str(name)) for unit, name in about["held"]),
-                changes=tuple(Change(int(tick), str(name), value) for tick, name, value in about["changes"]),
+                changes=tuple(WrittenValue(int(tick), str(name), value) for tick, name, value in about["changes"]),
                 parameters=dict(about["parameters"]),
                 ended=None if about["ended"] is None else EndRequested(*about["ended"]),
                 without_state=tuple(about["without_state"]),

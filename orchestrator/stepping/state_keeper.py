@@ -17,7 +17,7 @@ from orchestrator.stepping.running_units import RunningUnits
 from orchestrator.stepping.schedule import Schedule
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.snapshot import SavedStates, Snapshot
-from orchestrator.stepping.written_inputs import Change
+from orchestrator.stepping.written_inputs import WrittenValue
 from orchestrator.system.system import System
 
 
@@ -46,7 +46,7 @@ class StateKeeper:
         self._table, self._log, self._status, self._running = table, log, status, running
         self._digest = ""
 
-    def save(self, parameters: Mapping[str, Any], changes: tuple[Change, ...]) -> Snapshot:
+    def save(self, parameters: Mapping[str, Any], changes: tuple[WrittenValue, ...]) -> Snapshot:
         """The present state; `parameters` and `changes` are what the program has set. Raises `UnitError`."""
         units = self._running.by_name
         without = tuple(name for name, unit in units.items() if unit.state is None)

@@ -16,7 +16,7 @@ from orchestrator.stepping.tunable_parameters import is_parameter, value_at_star
 from orchestrator.system.system import Connection, System
 
 
-class Change(NamedTuple):
+class WrittenValue(NamedTuple):
     """An input or a parameter that was written or released."""
 
     tick: int
@@ -35,20 +35,20 @@ class WrittenInputs:
 
     def __init__(self, system: System) -> None:
         self._system = system
-        self._changes: list[Change] = []
+        self._changes: list[WrittenValue] = []
 
     @property
-    def changes(self) -> tuple[Change, ...]:
+    def changes(self) -> tuple[WrittenValue, ...]:
         """All that was written and released so far."""
         return tuple(self._changes)
 
-    def go_to(self, changes: tuple[Change, ...]) -> None:
+    def go_to(self, changes: tuple[WrittenValue, ...]) -> None:
         """Go back to when this was all."""
         self._changes = list(changes)
 
     def note(self, tick: int, path: str, value: Any) -> None:
         """Remember that something is held at a value from a tick on, or is released again (None)."""
-        self._changes.append(Change(tick, path, value))
+        self._changes.append(WrittenValue(tick, path, value))
 
     def received(
         self, columns: Mapping[str, Any], ticks: NDArray[np.int64], tabled: Mapping[str, Any] = MappingProxyType({})

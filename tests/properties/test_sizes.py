@@ -10,7 +10,9 @@ SOURCES = sorted(p for package in ("components", "fmus", "orchestrator") for p i
 RUNTIME = sorted((ROOT / "fmus" / "runtime").glob("*.[ch]"))
 LONGEST_FILE, LONGEST_FUNCTION = 300, 40
 
-LONGER_FILES: dict[str, str] = {}
+LONGER_FILES: dict[str, str] = {
+    "orchestrator/stepping/master.py": "one class that people step by hand, most of it what they read of each method"
+}
 LONGER_FUNCTIONS: dict[str, str] = {}
 
 

@@ -1,4 +1,4 @@
-"""The rows of a run: what is kept at which ticks (`paces.py`), and in which pieces it is handed on (`row_batch.py`)."""
+"""The rows of a run: what is kept at which ticks (`paces.py`, `row_group.py`), and in which pieces (`row_batch.py`)."""
 
 from __future__ import annotations
 
