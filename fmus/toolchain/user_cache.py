@@ -87,10 +87,11 @@ class UserCache:
         with suppress(FileExistsError):
             place.mkdir(mode=0o700)
         if os.name == "posix":
-            _make_own(place.parent, _OTHERS_WRITE)
-            if place.lstat().st_mode & _OTHERS_WRITE:
+            _take_from_others(place.parent, _OTHERS_WRITE, _own_mode(place.parent))
+            mode = _own_mode(place)
+            if mode & _OTHERS_WRITE:  # what is in it may be theirs
                 raise UnusableCacheError(f"{place}: other users can write to it")
-            _make_own(place, stat.S_IRWXG | stat.S_IRWXO)
+            _take_from_others(place, stat.S_IRWXG | stat.S_IRWXO, mode)
 
     def _made(self, wanted: Path, is_sound: Callable[[Path], bool], fill: Callable[[Path], None]) -> CachedFolder:
         """Make a folder that takes its name when it is complete, while no other process changes anything."""
@@ -126,15 +127,19 @@ class UserCache:
                 _put_aside(path)
 
 
-def _make_own(folder: Path, not_for_others: int) -> None:
-    """Take permissions from other users. Raises `UnusableCacheError` where it is not a folder of this user."""
+def _own_mode(folder: Path) -> int:
+    """The permissions of a folder. Raises `UnusableCacheError` where it is none of this user."""
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
         raise UnusableCacheError(f"{folder}: it is no folder")
     if found.st_uid != os.geteuid():
         raise UnusableCacheError(f"{folder}: it belongs to another user")
-    if found.st_mode & not_for_others:
-        folder.chmod(stat.S_IMODE(found.st_mode) & ~not_for_others)
+    return stat.S_IMODE(found.st_mode)
+
+
+def _take_from_others(folder: Path, permissions: int, mode: int) -> None:
+    if mode & permissions:
+        folder.chmod(mode & ~permissions)
 
 
 def _is_folder(path: Path) -> bool:

@@ -90,6 +90,5 @@ def _pass_on(unit: Unit, table: SignalTable, checked: Callable[[Unit, object], N
 
 
 def _settled(kind: Type, before: Column, now: Column) -> bool:
-    if kind.is_float:
-        return bool(np.allclose(before, now, rtol=1e-12, atol=1e-14, equal_nan=True))
-    return bool((before == now).all())
+    same = bool((before == now).all())
+    return same or (kind.is_float and bool(np.allclose(before, now, rtol=1e-12, atol=1e-14, equal_nan=True)))

@@ -68,6 +68,9 @@ class SignalTable:
         self.columns: dict[Type, Column] = {kind: zeros(kind, n) for kind, n in length.items()}
         """By type, the values of all elements, (n,)."""
         self._held: set[tuple[str, str]] = set()
+        self._outputs: dict[str, TypedColumns] = {}
+        self._driven: dict[str, tuple[dict[Type, list[int]], list[_Conversion]]] = {}
+        """What drives the inputs of each unit, until something is held or released."""
         self._gathers: dict[str, list[Operation]] = {}
         self._without_value: dict[str, list[str]] = {}
         for unit, _, name in (path.partition(".") for path in system.unset):
@@ -85,6 +88,7 @@ class SignalTable:
         for kind, column in self.columns.items():
             column[:] = zeros(kind, column.size)
         self._held.clear()
+        self._driven.clear()
         self._fill()
 
     def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
@@ -107,12 +111,17 @@ class SignalTable:
 
     def outputs(self, unit: str) -> TypedColumns:
         """The columns that a unit writes its outputs to."""
-        width = widths(self.system.units[unit].interface.recorded)
-        return {kind: self.columns[kind][(a := self._first[unit][kind]) : a + n] for kind, n in width.items()}
+        if unit not in self._outputs:
+            width = widths(self.system.units[unit].interface.recorded)
+            first = self._first[unit]
+            self._outputs[unit] = {kind: self.columns[kind][first[kind] : first[kind] + n] for kind, n in width.items()}
+        return self._outputs[unit]
 
     def inputs(self, unit: str) -> TypedColumns:
         """The columns that a unit reads its inputs from, after the calls of `gathers`."""
-        indices, conversions = self._drivers(unit)
+        if unit not in self._driven:
+            self._driven[unit] = self._drivers(unit)
+        indices, conversions = self._driven[unit]
         inputs: dict[Type, Column] = {}
         self._gathers[unit] = gathers = list[Operation]()
         for kind, places in indices.items():
@@ -183,6 +192,7 @@ class SignalTable:
         """Hold an input at a value in place of its connections, from the next call of `inputs` on."""
         self._keep(unit, name, value)
         self._held.add((unit, name))
+        self._driven.pop(unit, None)
 
     @property
     def held(self) -> frozenset[tuple[str, str]]:
@@ -205,6 +215,7 @@ class SignalTable:
     def release(self, unit: str, name: str) -> None:
         """Undo `hold` from the next call of `inputs` on; an input without a connection keeps its value."""
         self._held.discard((unit, name))
+        self._driven.pop(unit, None)
 
     def elements(self) -> list[RecordedElement]:
         """Every element of every variable that a unit shows, in the order of the units."""
