@@ -69,7 +69,7 @@ def made_here(request, monkeypatch):
 @pytest.fixture
 def without_pictures(monkeypatch):
     """Recording and figures have tests of their own."""
-    monkeypatch.setattr("orchestrator.command.main.RecordingProcess", NoRecording)
+    monkeypatch.setattr("orchestrator.recording.process.RecordingProcess", NoRecording)
     monkeypatch.setattr("orchestrator.pictures.figures.draw", lambda *_: [])
 
 

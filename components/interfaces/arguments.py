@@ -136,8 +136,8 @@ def _misfits(where: str, value: Any, hint: Any) -> Iterator[Problem]:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    if type(value) is hint:
-        return True  # most are, and `Simulation.read` is called in every step
+    if _fits_at_once(value, hint):
+        return True
     from typeguard import CollectionCheckStrategy, TypeCheckError, check_type  # noqa: PLC0415 - slow to import
 
     if isinstance(hint, str):
@@ -149,6 +149,17 @@ def _fits(value: Any, hint: Any) -> bool:
     except TypeCheckError:
         return False
     return True
+
+
+def _fits_at_once(value: Any, hint: Any) -> bool:
+    """Whether a value is of the very type, as most are; `Simulation.read` is called in every step."""
+    kind = type(value)
+    if kind is hint:
+        return True
+    origin = get_origin(hint)
+    if origin in (Union, UnionType):
+        return any(kind is part for part in get_args(hint))
+    return kind in (tuple, dict) and not value and isinstance(value, origin or ())
 
 
 def _takes_text(hint: Any) -> bool:

@@ -21,10 +21,10 @@ from orchestrator.command.run_command import RUN_OPTIONS, run
 from orchestrator.command.shared_options import with_options
 from orchestrator.command.show_command import show
 from orchestrator.command.supervisor import Lifeline
-from orchestrator.recording.process import RecordingProcess
 
 if TYPE_CHECKING:
     from components.interfaces.socket import Socket
+    from orchestrator.recording.process import RecordingProcess
 
 # The subcommands import what they need when they are called: a person waits for every library that is imported here.
 
@@ -93,7 +93,11 @@ def main(lifeline: Lifeline | None = None) -> None:
 
 def _recorder(subcommand: str, arguments: list[str]) -> AbstractContextManager[RecordingProcess | None]:
     """For a run the process that records it: on another core it imports its libraries while this one does the same."""
-    return RecordingProcess() if subcommand == run.__name__ and "--help" not in arguments else nullcontext()
+    if subcommand != run.__name__ or "--help" in arguments:
+        return nullcontext()
+    from orchestrator.recording.process import RecordingProcess  # noqa: PLC0415
+
+    return RecordingProcess()
 
 
 def _sockets(subcommand: str) -> Iterable[Socket]:
