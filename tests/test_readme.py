@@ -150,11 +150,22 @@ def test_a_run_is_queried_with_pandas_and_with_reruns_own_reader(static_1, monke
 
 def test_a_system_is_stepped_from_python():
     found = {}
-    exec(block("python", "simulation.write"), found)  # noqa: S102 - the README's own code
+    exec(block("python", "simulation.release"), found)  # noqa: S102 - the README's own code
     frame = found["frame"]
     assert (frame["plant.actuation.delta_f"][31:36] == 0.05).all()
     assert frame["plant.actuation.delta_f"][36] == frame["controller.actuation.delta_f"][36]
     assert frame["plant.state.x"].iloc[-1] > 80 >= frame["plant.state.x"].iloc[-2]
+
+
+def test_a_simulation_goes_back_and_forth_from_python(in_tmp_path, capsys):
+    found: dict[str, object] = {}
+    exec(block("python", "simulation.release"), found)  # noqa: S102 - the README's own code
+    exec(block("python", "simulation.restore"), found)  # noqa: S102 - the README's own code
+    futures = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()]
+    assert len(futures) == 3
+    assert futures == sorted(futures)
+    other = found["other"].columns()
+    assert (other["time"][0], other["time"][-1]) == (4.2, 113 * 0.1)
 
 
 def test_rows_of_a_run_are_read_with_pandas(static_1, monkeypatch, capsys):

@@ -153,7 +153,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 def _fits_at_once(value: Any, hint: Any) -> bool:
     """Whether a value is of the very type, as most are; `Simulation.read` is called in every step."""
-    kind = type(value)
+    kind: object = type(value)
     if kind is hint:
         return True
     origin = get_origin(hint)
