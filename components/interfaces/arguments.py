@@ -153,13 +153,13 @@ def _fits(value: Any, hint: Any) -> bool:
 
 def _fits_at_once(value: Any, hint: Any) -> bool:
     """Whether a value is of the very type, as most are; `Simulation.read` is called in every step."""
-    kind: object = type(value)
+    kind = cast("object", type(value))
     if kind is hint:
         return True
     origin = get_origin(hint)
     if origin in (Union, UnionType):
         return any(kind is part for part in get_args(hint))
-    return kind in (tuple, dict) and not value and isinstance(value, origin or ())
+    return (kind is tuple or kind is dict) and not value and isinstance(value, origin or ())
 
 
 def _takes_text(hint: Any) -> bool:
