@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
@@ -62,6 +63,38 @@ def test_stepping_the_static_scenario(benchmark, built_fmus, mode):
 
     benchmark.extra_info["steps per round"] = 114
     benchmark.pedantic(run, setup=fresh, rounds=10)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_two_simulations_in_as_many_threads(benchmark, built_fmus, threads):
+    """Two runs of 5000 steps, one after the other or side by side: C steps them without Python's lock."""
+    made = load("static", Options(mode=WRITTEN_VERSIONS[0]))
+
+    def fresh():
+        opened = [Simulation(made.system, h=0.1, until=500.0) for _ in range(2)]
+        return ([simulation.__enter__() for simulation in opened],), {}
+
+    def run(simulations):
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(Simulation.run, simulations))
+        for simulation in simulations:
+            simulation.close()
+
+    benchmark.pedantic(run, setup=fresh, rounds=10)
+
+
+@pytest.mark.parametrize("version", WRITTEN_VERSIONS, ids=lambda v: f"fmi{v}")
+@pytest.mark.parametrize("what", ["reset", "save and restore"])
+def test_going_back(benchmark, built_fmus, version, what):
+    """To the start with another mass, or to the present tick."""
+    made = load("static", Options(mode=version))
+    with Simulation(made.system, h=made.h, until=made.until) as simulation:
+        for _ in range(40):
+            simulation.step()
+        if what == "reset":
+            benchmark(simulation.reset, {"plant.m": 1700.0})
+        else:
+            benchmark(lambda: simulation.restore(simulation.save()))
 
 
 def test_the_command(benchmark, built_fmus, in_tmp_path):

@@ -336,6 +336,25 @@ def test_other_threads_run_meanwhile():
             other.join()
 
 
+def test_eight_threads_with_a_simulation_each_give_the_same_bits(built_fmus):
+    system = prepare("static", Options(mode=Version.FMI2)).system
+    found = {}
+
+    def run(number):
+        with Simulation(system, h=0.1, until=60.0) as simulation:
+            simulation.run()
+            found[number] = simulation.columns()
+
+    threads = [threading.Thread(target=run, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for number in range(1, 8):
+        for name, column in found[0].items():
+            np.testing.assert_array_equal(found[number][name], column)
+
+
 def test_a_pattern_that_is_too_long_is_left_to_python():
     primes = {f"u{p}": Fraction(p) for p in (2, 3, 5, 7, 11, 13)}
     assert np.prod([float(p) for p in primes.values()]) > LONGEST_PERIOD
