@@ -65,8 +65,9 @@ typedef struct {
     int32_t stop;                                    /* Python wants no further tick */
 } Program;
 
-/* What Python answers: the unit may go on; something has failed; the unit has come to its end, the others go on. */
-enum { GO_ON = 0, FAIL = 1, ENDED = 2 };
+/* What Python answers: something has failed, also where Ctrl-C came before Python could say so; the unit may go on; the
+ * unit has come to its end, the others go on. */
+enum { FAIL = 0, GO_ON = 1, ENDED = 2 };
 
 /* What `advance` returns. */
 enum { DONE = 0, FAILED = 1, NOT_FINITE = 2, STOPPED = 3, LATE = 4 };

@@ -17,7 +17,7 @@ from components.interfaces.record import Variable, pack, size
 from fmus.lowering import LoweredBlock, lower
 from fmus.unit_interface import Interface, is_tunable
 from fmus.units.capabilities import StateCapability
-from fmus.units.state_bytes import joined, parted
+from fmus.units.state_bytes import array_of, joined, parted
 from fmus.units.unit import DEFAULT_SETUP, Column, ExperimentSetup, Operation, TypedColumns, Unit, UnitError, positions
 
 
@@ -95,8 +95,9 @@ class BlockState(StateCapability):
 
     @override
     def deserialized(self, content: bytes) -> Any:
-        *columns, held = parted(content, 5)
-        return [np.frombuffer(column) for column in columns], held != b"\0"
+        *parts, held = parted(content, 5)
+        columns = [array_of(part, mine) for part, mine in zip(parts, self._all, strict=True)]
+        return columns, held != b"\0"
 
 
 class BlockUnit(Unit):

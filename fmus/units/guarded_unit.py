@@ -85,6 +85,11 @@ class GuardedUnit(Unit):
                 self._process.restore()
 
     @override
+    def tune(self, parameter: str, value: Any) -> None:
+        with self._guarded():
+            self._inner.tune(parameter, value)
+
+    @override
     def terminate(self) -> None:
         with self._guarded():
             self._inner.terminate()

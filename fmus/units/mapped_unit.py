@@ -22,7 +22,7 @@ from fmus.units.adaptation import Adaptation, Link
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
 from fmus.units.rates import RunningIntegral, RunningRate
-from fmus.units.state_bytes import joined, parted
+from fmus.units.state_bytes import array_of, joined, parted
 from fmus.units.unit import (
     DEFAULT_SETUP,
     Column,
@@ -208,8 +208,12 @@ class _MappedState(StateCapability):
     @override
     def deserialized(self, content: bytes) -> Any:
         inner, kept, *columns = parted(content, 2 + len(self._columns))
-        values = [np.frombuffer(part, mine.dtype) for part, mine in zip(columns, self._columns, strict=True)]
-        return self._inner.deserialized(inner), values, json.loads(kept)
+        values = [array_of(part, mine) for part, mine in zip(columns, self._columns, strict=True)]
+        rates, integrals = json.loads(kept)
+        if (len(rates), len(integrals)) != (len(self._rates), len(self._integrals)):
+            raise ValueError("rates and integrals of another mapping")
+        kept = [[float(rate)] for (rate,) in rates], [[float(v), float(s), float(h)] for v, s, h in integrals]
+        return self._inner.deserialized(inner), values, kept
 
 
 def _of_present_buses(

@@ -6,12 +6,24 @@ import struct
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
+from fmus.units.unit import Column
+
 _LENGTH: Final = struct.Struct("<Q")
 
 
 def joined(parts: Sequence[bytes]) -> bytes:
     """The parts as one, each behind its length."""
     return b"".join(_LENGTH.pack(len(part)) + part for part in parts)
+
+
+def array_of(content: bytes, like: Column) -> Column:
+    """The numbers in some bytes, as many and of the same type as those of another array. Raises `ValueError`."""
+    values = np.frombuffer(content, like.dtype)
+    if values.shape != like.shape:
+        raise ValueError(f"{values.size} numbers in place of {like.size}")
+    return values
 
 
 def parted(content: bytes, count: int) -> list[bytes]:

@@ -42,17 +42,17 @@ class Watched:
 
     def __init__(self, values: NDArray[Any], elements: Sequence[RecordedElement], fatal: NDArray[np.bool_]) -> None:
         self.values, self.elements, self.fatal = values, elements, fatal
-        self.begin_anew()
-
-    def begin_anew(self) -> None:
-        """Forget what was not finite."""
-        values = self.values
         self.finite = np.ones(values.shape, dtype=np.bool_)
         self.expected = self.finite.copy()
-        """What is finite, as it was when that changed last."""
+        """What is finite, as it was when that changed last; the native stepper has its address."""
         self.usual = self.expected.tobytes()
         """The same, because bytes are compared three times faster than by `all`."""
         self.seen = np.zeros(values.shape, dtype=np.bool_)
+
+    def begin_anew(self) -> None:
+        """Forget what was not finite."""
+        self.expected[:], self.seen[:] = True, False
+        self.usual = self.expected.tobytes()
 
 
 class Finiteness:

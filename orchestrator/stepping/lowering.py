@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
 from math import lcm
 from typing import TypeAlias
 
 from fmus.units.capabilities import EventCapability
-from fmus.units.unit import Unit, UnitError, carry_out
+from fmus.units.unit import Unit, UnitError, is_failure
 from orchestrator.stepping.algebraic_loops import AlgebraicLoop
 from orchestrator.stepping.schedule import Act, Acts, Schedule
 from orchestrator.stepping.signal_table import SignalTable
@@ -111,10 +110,15 @@ class UnitStep:
         """How many ticks before the present one it begins."""
 
     def __call__(self, t: float, h: float) -> object:
-        """Carry it out at the present instant `t`, with the macro step `h` [s]; returns the worst FMI status."""
+        """Carry it out at the present instant `t`, with the macro step `h` [s]; returns the FMI status."""
         if self.multiple == self.parts == 1:
             return self.unit.step(t, h)
-        return carry_out(partial(self.unit.step, *times) for times in self._times(t, h))
+        for times in self._times(t, h):
+            if status := self.unit.step(*times):
+                if is_failure(status):
+                    return status
+                self.unit.warned(status)
+        return 0
 
     def _times(self, t: float, h: float) -> Iterator[tuple[float, float]]:
         """The begin and the length of each of its steps [s]."""

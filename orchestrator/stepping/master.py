@@ -119,9 +119,10 @@ class Simulation:
         self.system = system = with_values(self._given, parameters)
         self._parameters = dict(parameters)
         self._status.begin_anew()
+        self._keeper.begin_anew()
         self._table.begin_anew()
         self.log.begin_anew()
-        self._written, self._writer = WrittenInputs(system), Writer(system, self._table, self._running.by_name)
+        self._remember(system)
         self._running.begin_anew(system)
         self._lifetime.begin_again(self, self._start)
 
@@ -132,6 +133,7 @@ class Simulation:
             SimulationError: A unit cannot save its state, or cannot be opened.
         """
         self.open()
+        self._status.check_complete()
         with self._told():
             return self._keeper.save(self._parameters, self._written.changes)
 
@@ -149,15 +151,19 @@ class Simulation:
         held = self._table.held
         with self._told():
             gone_back = self._keeper.restore(snapshot)
+            if gone_back and snapshot.held != held:
+                self._bind()
+                self._compile()
         if not gone_back:
             self._replay(snapshot)
             return
-        self._written.go_to(snapshot.changes)
         if snapshot.parameters is not self._parameters:
             self._parameters, self.system = snapshot.parameters, with_values(self._given, snapshot.parameters)
-        if snapshot.held != held:
-            self._bind()
-            self._compile()
+            self._remember(self.system)
+        self._written.go_to(snapshot.changes)
+
+    def _remember(self, system: System) -> None:
+        self._written, self._writer = WrittenInputs(system), Writer(system, self._table, self._running.by_name)
 
     def _replay(self, snapshot: Snapshot) -> None:
         """Run from the start to a snapshot's tick, with all that was written on the way."""
@@ -182,7 +188,11 @@ class Simulation:
             SimulationError: A unit fails.
         """
         other = self._again()
-        other.restore(self.save())
+        try:
+            other.restore(self.save())
+        except BaseException:
+            other.close()
+            raise
         return other
 
     def __exit__(
@@ -233,6 +243,7 @@ class Simulation:
         try:
             yield
         except UnitError as fault:
+            self._status.under_way = False
             raise self._fault(fault.unit, fault.reason) from fault
 
     def _fault(self, unit: str, reason: str) -> SimulationError:
@@ -259,6 +270,7 @@ class Simulation:
         """Complete the ticks up to `last`, or to where a unit asks for the end. Raises `SimulationError`."""
         if not self._lifetime.is_open:
             self.open()
+        self._status.check_complete()
         with self._told():
             self._stepper.advance(last)
         if self._lifetime.ends_itself and self.is_over:
@@ -335,9 +347,9 @@ class Simulation:
         self.open()
         with self._told():
             change()
-        self._written.note(self.tick + 1, path, value)
-        self._bind()
-        self._compile()
+            self._written.note(self.tick + 1, path, value)
+            self._bind()
+            self._compile()
 
     def frame(self) -> pd.DataFrame:
         """Give all rows so far as a data frame, with the columns that `columns` describes."""

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from fmus.toolchain.stepper_library import stepper_library
 from fmus.units.prepared_calls import AccessCall, CallSeries, Copy, Gather, StepCall, address_of, is_direct
-from fmus.units.unit import EndRequested, Operation
+from fmus.units.unit import EndRequested, Operation, UnitError
 from orchestrator.stepping.lowering import Call, CompiledSchedule, UnitStep
 from orchestrator.stepping.native_tables import (
     ENDED,
@@ -106,15 +106,15 @@ class NativeStepper:
             until = self._log.reserve(run.tick + 1)
             if self._log.place != self._rows_in:
                 self._keep_rows()
-            program.tick, program.stop = run.tick, run.ended is not None
+            program.tick, program.complete, program.stop = run.tick, self._log.kept, run.ended is not None
             try:
                 end = self._advance(self._at, min(last, until - 1), _SLICE)
             finally:  # Ctrl-C comes after the call, whose ticks must not get lost
-                run.tick, self._log.kept = program.tick, max(program.complete, self._log.kept)
+                run.tick, self._log.kept = program.tick, program.complete
             if end == FAILED:
                 raised, self._raised = self._raised, None
-                assert raised is not None  # noqa: S101 - what C asks for fails with an error only
-                raise raised
+                run.under_way = not isinstance(raised, UnitError)
+                raise raised or KeyboardInterrupt  # which came before Python could say anything
             run.shorten()
             run.complete(finite=end != NOT_FINITE or self._log.finiteness.holds(run.tick))
 

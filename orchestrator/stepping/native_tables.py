@@ -24,10 +24,10 @@ KINDS: Final = {
     )
 }
 """The numbers of the kinds of operations."""
-GO_ON: Final = 0
-FAIL: Final = 1
+FAIL: Final = 0
+GO_ON: Final = 1
 ENDED: Final = 2
-"""What Python answers to C: the unit may go on; something has failed; the unit has come to its end, others go on."""
+"""What Python answers to C: something has failed; the unit may go on; it has come to its end, others go on."""
 FAILED: Final = 1
 NOT_FINITE: Final = 2
 """What a call of the stepper returns, as far as anything follows from it."""

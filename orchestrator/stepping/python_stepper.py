@@ -35,6 +35,7 @@ class PythonStepper:
     def _complete_next(self) -> None:
         run = self._run
         began = time.perf_counter()
+        run.under_way = True
         if run.tick >= 0:
             self._carry_out(self._compiled.after(run.tick))
         run.tick += 1
@@ -42,6 +43,7 @@ class PythonStepper:
         self._carry_out(self._compiled.before(run.tick))
         run.shorten()
         finite = run.log.keep(run.tick)
+        run.under_way = False
         run.step_times[run.tick] = time.perf_counter() - began
         run.complete(finite=finite)
 

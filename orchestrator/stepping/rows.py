@@ -111,16 +111,20 @@ class RowLog:
             tick, self.times[tick] = self._planned
             self._planned = None
 
-    def go_to(self, tick: int) -> None:
-        """Go back to a tick that has a row, or begin at one that has none; the row of the present values is kept."""
-        blocks = [block for block in self._blocks if block.first <= tick]
+    def go_to(self, tick: int, *, same_past: bool) -> None:
+        """Go back to a tick, or begin at one; the row of the present values is kept.
+
+        Args:
+            tick: The tick.
+            same_past: Whether the rows up to it, if they are there, are those that led to it.
+        """
+        if tick < 0:
+            self.begin_anew()
+            return
         self._lengthen()
-        if not blocks or not self.begun <= tick < self.kept:
-            with self._changing:
-                self._blocks, self._elsewhere = [], None
-            self.begun = tick
-            self._reserve(tick)
-        else:
+        blocks = [block for block in self._blocks if block.first <= tick]
+        goes_back = same_past and self.begun <= tick < self.kept
+        if blocks and goes_back:
             for group, rows in zip(self.groups, blocks[-1].rows, strict=True):
                 group.use(blocks[-1].first, rows)
             with self._changing:
@@ -128,19 +132,28 @@ class RowLog:
             self._copies = self.groups[0].copies if self._plain else []
             self.place += 1
             self._first, self._last = blocks[-1].first, blocks[-1].last
+        else:
+            with self._changing:
+                self._blocks = []
+                self._elsewhere = self._elsewhere if goes_back else None
+            self.begun = self.begun if goes_back else tick
+            self._reserve(tick)
         self.finiteness.go_to(float(self.times[tick]))
-        self.keep(tick)
+        self._copy(tick)
         self.kept = tick + 1
 
     def keep(self, tick: int) -> bool:
         """Copy the present values to the row of `tick`, and return whether the run may go on with them, kept or not."""
         if tick >= self._last:
             self.reserve(tick)
+        self._copy(tick)
+        return self.finiteness.holds(tick)
+
+    def _copy(self, tick: int) -> None:
         for rows, values in self._copies:
             rows[tick - self._first] = values
         for group in self._others:
             group.keep(tick)
-        return self.finiteness.holds(tick)
 
     def reserve(self, tick: int) -> int:
         """Have memory for the row of a tick, the next one; return the tick from which on more has to be reserved."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from components.interfaces.problem import refuse
 from fmus.units.unit import EndRequested, Unit, UnitError, is_failure
 from orchestrator.stepping.rows import RowLog
 from orchestrator.stepping.running_units import failure_reason
@@ -30,13 +31,25 @@ class RunStatus:
         """The last tick that is complete, or that something failed at."""
         self.ended: EndRequested | None = None
         """What ends the run before its stop time without a fault: a unit that asked for it."""
+        self.under_way = False
+        """Whether a step has been begun and not been completed, as after Ctrl-C in the midst of one."""
         self.step_times = np.zeros(grid.last_tick + 1)
         """[s] Wall time of each macro step."""
 
     def begin_anew(self) -> None:
         """Go back to before the first step."""
-        self.tick, self.ended = -1, None
+        self.go_to(-1, None)
         self.step_times = np.zeros(self.last_tick + 1)
+
+    def go_to(self, tick: int, ended: EndRequested | None) -> None:
+        """Go back, or on, to a tick that is complete."""
+        self.tick, self.ended, self.under_way = tick, ended, False
+
+    def check_complete(self) -> None:
+        """Refuse to go on from the midst of a step. Raises `RequestError`."""
+        if self.under_way:
+            found = f"a step that was interrupted after {self.time:g} s"
+            raise refuse("simulation", found, "one whose last step is complete", "Call `reset`, or `restore`.")
 
     @property
     def time(self) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -12,7 +11,7 @@ from orchestrator.stepping.initialization import initialise
 from orchestrator.stepping.lowering import events_of
 from orchestrator.stepping.schedule import Schedule
 from orchestrator.stepping.signal_table import SignalTable
-from orchestrator.stepping.snapshot import SavedStates
+from orchestrator.stepping.snapshot import StateStore
 from orchestrator.system.opening import opening
 from orchestrator.system.system import System
 
@@ -37,7 +36,7 @@ class RunningUnits:
         self._system, self._schedule, self._table, self._h, self._setup = system, schedule, table, h, setup
         self.by_name: dict[str, Unit] = {}
         """The units that have been opened, in the order of the system."""
-        self.saved: weakref.WeakSet[SavedStates] = weakref.WeakSet()
+        self.states = StateStore()
         """The states that were saved inside the units; they go when a unit is closed."""
         self.failed: str | None = None
         """The unit that has failed, which is not terminated."""
@@ -81,7 +80,8 @@ class RunningUnits:
                 unit.reset()
                 unit.remarks[:] = self._of_opening[name]
             except UnitError:
-                self._release()
+                self.states.release()
+                self._initialised.discard(name)
                 unit.close()
                 self._open(name)
                 self._use_events(name)
@@ -129,14 +129,9 @@ class RunningUnits:
                 told.setdefault(remark, []).append(f"`{name}`")
         return [f"unit{'s' if names[1:] else ''} {', '.join(names)}: {remark}" for remark, names in told.items()]
 
-    def _release(self) -> None:
-        for saved in list(self.saved):
-            saved.release()
-        self.saved.clear()
-
     def close(self) -> None:
         """Terminate all units that have not failed, and release all."""
-        self._release()
+        self.states.release()
         for name, unit in self.by_name.items():
             if name in self._initialised and name != self.failed:
                 try:

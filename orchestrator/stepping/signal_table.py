@@ -202,6 +202,7 @@ class SignalTable:
     @held.setter
     def held(self, held: frozenset[tuple[str, str]]) -> None:
         self._held = set(held)
+        self._driven.clear()
 
     def is_held(self, unit: str, name: str) -> bool:
         """Whether an input is held by `hold`."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from components.interfaces.problem import choices, did_you_mean, refuse
+from components.interfaces.record import Variable
 from fmus.units.unit import Unit
 from orchestrator.stepping.signal_table import SignalTable
 from orchestrator.stepping.tunable_parameters import is_parameter, tunable_parameter, tunable_paths, value_at_start
@@ -37,11 +38,7 @@ class Writer:
         """
         unit, _, name = path.partition(".")
         tunes = is_parameter(self._system, path)
-        variable = (
-            tunable_parameter(self._system, path)
-            if tunes
-            else self._system.variable(known_path(self._system, path, "inputs"), role="inputs")
-        )
+        variable = written_variable(self._system, path)
         if problems := variable.quantity.problems(path, value):
             raise refuse(path, problems[0].found, problems[0].valid)
         if tunes:
@@ -66,6 +63,13 @@ class Writer:
         else:
             known_path(self._system, path, "inputs")
             self._table.release(unit, name)
+
+
+def written_variable(system: System, path: str) -> Variable:
+    """The input or the tunable parameter of a path. Raises `RequestError` where there is none."""
+    if is_parameter(system, path):
+        return tunable_parameter(system, path)
+    return system.variable(known_path(system, path, "inputs"), role="inputs")
 
 
 def known_path(system: System, path: str, role: str) -> str:

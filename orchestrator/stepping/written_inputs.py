@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -48,7 +49,7 @@ class WrittenInputs:
 
     def note(self, tick: int, path: str, value: Any) -> None:
         """Remember that something is held at a value from a tick on, or is released again (None)."""
-        self._changes.append(WrittenValue(tick, path, value))
+        self._changes.append(WrittenValue(tick, path, deepcopy(value)))  # an array may be used again
 
     def received(
         self, columns: Mapping[str, Any], ticks: NDArray[np.int64], tabled: Mapping[str, Any] = MappingProxyType({})
