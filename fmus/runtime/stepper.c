@@ -29,7 +29,7 @@ typedef struct {
     int32_t width;           /* bytes of an element */
     int32_t from, to;        /* CAST: types of the elements, NumPy's letters in `CASTABLE` of native_stepper.py */
     int32_t earlier;         /* STEP: how many ticks before the present one it begins */
-    int32_t multiple, parts; /* STEP: its length is a multiple or a part of the macro step; ROW: `multiple` is its pace */
+    int32_t multiple, parts; /* STEP: its length is a multiple or a part of the macro step; ROW: pace and 0 */
     void (*function)(void);
     void *component;
     const char *source;
@@ -51,17 +51,17 @@ typedef struct {
 
 typedef struct {
     const Operation *operations;
-    const int32_t *bounds; /* by phase: where what leads from its tick to the next begins, then what completes that one */
+    const int32_t *bounds; /* by phase: where what leads from its tick to the next begins, then what completes that */
     const Operation *rows;
     const Watched *watched;
     int64_t n_rows, n_watched;
     int64_t period;
-    int64_t tick;     /* the last that is complete, or in whose completion something failed */
-    int64_t complete; /* number of ticks that have their row */
+    int64_t tick;           /* the last that is complete, or in whose completion something failed */
+    volatile int64_t *kept; /* number of ticks that have their row, which other threads read meanwhile */
     double start, h;
     double t, length; /* of the step that Python is asked about */
     double *step_times;
-    int32_t (*python)(int32_t call, int32_t status); /* carries out a call, or looks at its status; its answer is below */
+    int32_t (*python)(int32_t call, int32_t status); /* carries out a call or looks at its status; answers below */
     int32_t stop;                                    /* Python wants no further tick */
 } Program;
 
@@ -280,7 +280,7 @@ EXPORT int32_t stepper_advance(Program *p, int64_t last, double seconds)
             return FAILED;
         if (carry_out_all(p, p->rows, p->rows + p->n_rows))
             return FAILED;
-        p->complete = p->tick + 1;
+        *p->kept = p->tick + 1;
         const bool fine = as_expected(p);
         const double ended = now();
         p->step_times[p->tick] = ended - began;

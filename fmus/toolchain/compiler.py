@@ -39,7 +39,7 @@ class Compiler:
     identity: str
     """The first line of what it prints about its version."""
 
-    def compile(self, source: Path, include: Path, flags: Sequence[str] = FLAGS) -> Path:
+    def compile(self, source: Path, include: Path, flags: Sequence[str] | None = None) -> Path:
         """Compile one C file to an object file beside it.
 
         The compiler runs in the folder of the file, so that the object file contains no path of this machine.
@@ -47,13 +47,14 @@ class Compiler:
         Args:
             source: The C file.
             include: The folder with the headers.
-            flags: The flags that the binary depends on.
+            flags: The flags that the binary depends on; `FLAGS` if not given.
 
         Raises:
             BuildError: The compiler fails.
         """
         target = source.with_suffix(".o")
-        self._run([*flags, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
+        chosen = FLAGS if flags is None else flags
+        self._run([*chosen, f"-I{include}", "-c", source.name, "-o", target.name], source.parent)
         return target
 
     def link(self, objects: Sequence[Path], target: Path) -> None:

@@ -88,6 +88,7 @@ class NativeStepper:
             period=compiled.period,
             start=run.start,
             h=run.h,
+            kept=address(self._log.number_kept),
             step_times=address(run.step_times),
             python=PythonCall(self._python),
         )
@@ -106,11 +107,11 @@ class NativeStepper:
             until = self._log.reserve(run.tick + 1)
             if self._log.place != self._rows_in:
                 self._keep_rows()
-            program.tick, program.complete, program.stop = run.tick, self._log.kept, run.ended is not None
+            program.tick, program.stop = run.tick, run.ended is not None
             try:
                 end = self._advance(self._at, min(last, until - 1), _SLICE)
             finally:  # Ctrl-C comes after the call, whose ticks must not get lost
-                run.tick, self._log.kept = program.tick, program.complete
+                run.tick = program.tick
             if end == FAILED:
                 raised, self._raised = self._raised, None
                 run.under_way = not isinstance(raised, UnitError)

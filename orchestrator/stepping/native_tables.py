@@ -65,7 +65,8 @@ class NativeProgram(ctypes.Structure):
 
     _fields_ = [
         *((name, ctypes.c_size_t) for name in ["operations", "bounds", "rows", "watched"]),
-        *((name, ctypes.c_int64) for name in ["n_rows", "n_watched", "period", "tick", "complete"]),
+        *((name, ctypes.c_int64) for name in ["n_rows", "n_watched", "period", "tick"]),
+        ("kept", ctypes.c_size_t),
         *((name, ctypes.c_double) for name in ["start", "h", "t", "length"]),
         ("step_times", ctypes.c_size_t),
         ("python", PythonCall),

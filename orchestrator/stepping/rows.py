@@ -57,8 +57,8 @@ class RowLog:
     """
 
     def __init__(self, table: SignalTable, grid: TimeGrid, choice: Choice = EVERYTHING) -> None:
-        self.kept = 0
-        """Number of ticks whose rows are complete, so that another thread may read them."""
+        self.number_kept = np.zeros(1, dtype=np.int64)
+        """`kept` in memory, where the native stepper counts while other threads read."""
         self.begun = 0
         """The first tick that has a row; not 0 where the run has begun with a snapshot."""
         self.halted = ""
@@ -90,6 +90,15 @@ class RowLog:
         self._copies = self.groups[0].copies if self._plain else []
         self._others = [] if self._plain else self.groups
         self.finiteness = Finiteness(table, self.times)
+
+    @property
+    def kept(self) -> int:
+        """Number of ticks whose rows are complete, so that another thread may read them."""
+        return int(self.number_kept[0])
+
+    @kept.setter
+    def kept(self, number: int) -> None:
+        self.number_kept[0] = number
 
     def begin_anew(self) -> None:
         """Forget all rows; those that somebody has been given stay as they are."""

@@ -51,7 +51,8 @@ def assert_linear(prepared, *sizes):
     `prepared` gives the action for a size; what is made once for all sizes has been made before it is counted.
     """
     small, large = sizes or (20, 80)
-    prepared(small)()
+    for n in (small, large):
+        prepared(n)()
     few, many = (operations(prepared(n)) for n in (small, large))
     assert many < 1.25 * large / small * few
 
