@@ -210,10 +210,9 @@ class _MappedState(StateCapability):
         inner, kept, *columns = parted(content, 2 + len(self._columns))
         values = [array_of(part, mine) for part, mine in zip(columns, self._columns, strict=True)]
         rates, integrals = json.loads(kept)
-        if (len(rates), len(integrals)) != (len(self._rates), len(self._integrals)):
-            raise ValueError("rates and integrals of another mapping")
-        kept = [[float(rate)] for (rate,) in rates], [[float(v), float(s), float(h)] for v, s, h in integrals]
-        return self._inner.deserialized(inner), values, kept
+        of_rates = [[float(rate)] for (rate,), _ in zip(rates, self._rates, strict=True)]
+        of_integrals = [[float(v), float(s), float(h)] for (v, s, h), _ in zip(integrals, self._integrals, strict=True)]
+        return self._inner.deserialized(inner), values, (of_rates, of_integrals)
 
 
 def _of_present_buses(

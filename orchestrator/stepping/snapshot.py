@@ -34,7 +34,7 @@ _VALID: Final = "a snapshot that `Snapshot.write` has written"
 
 Past: TypeAlias = tuple[tuple[int, object], ...]
 """First ticks, and what stands for the rows from there on; a simulation that goes back begins other rows."""
-States: TypeAlias = dict[str, tuple[StateCapability, Any]]
+UnitStates: TypeAlias = dict[str, tuple[StateCapability, Any]]
 """By unit, its capability and the state that it has saved."""
 
 
@@ -46,14 +46,14 @@ class StateStore:
     """
 
     def __init__(self) -> None:
-        self._states: dict[int, States] = {}
+        self._states: dict[int, UnitStates] = {}
         self._dropped: deque[int] = deque()
         self._numbers = itertools.count()
 
     def save(self, capabilities: Mapping[str, StateCapability]) -> SavedStates:
         """Save the states of units. Raises `UnitError`."""
         self._tidy()
-        states: States = {}
+        states: UnitStates = {}
         try:
             for name, capability in capabilities.items():
                 states[name] = capability, capability.save()
@@ -66,7 +66,7 @@ class StateStore:
         weakref.finalize(saved, self._dropped.append, number).atexit = False
         return saved
 
-    def states(self, number: int) -> States | None:
+    def states(self, number: int) -> UnitStates | None:
         """The states of a number; None where they have been released."""
         return self._states.get(number)
 
@@ -92,12 +92,12 @@ class SavedStates:
         self.store, self._number = store, number
 
     @property
-    def states(self) -> States | None:
+    def states(self) -> UnitStates | None:
         """The states; None where they have been released, with their units."""
         return self.store.states(self._number)
 
 
-def _forget(states: States) -> None:
+def _forget(states: UnitStates) -> None:
     for capability, state in states.values():
         with suppress(UnitError):  # a unit that cannot release a state keeps it until it is closed
             capability.forget(state)
@@ -128,10 +128,10 @@ class Snapshot:
     """Of which simulation's rows those up to its tick are."""
     saved: SavedStates | None = field(repr=False, default=None)
     content: Mapping[str, bytes] = field(repr=False, default_factory=dict[str, bytes])
-    """States as bytes, by unit."""
+    """UnitStates as bytes, by unit."""
 
     @property
-    def inside(self) -> States | None:
+    def inside(self) -> UnitStates | None:
         """The states that are inside the units; None where they have been released, or come from a file."""
         return None if self.saved is None else self.saved.states
 

@@ -18,7 +18,7 @@ from orchestrator.stepping.run_status import RunStatus
 from orchestrator.stepping.running_units import RunningUnits
 from orchestrator.stepping.schedule import Schedule
 from orchestrator.stepping.signal_table import SignalTable
-from orchestrator.stepping.snapshot import Past, Snapshot, States
+from orchestrator.stepping.snapshot import Past, Snapshot, UnitStates
 from orchestrator.stepping.writing import written_variable
 from orchestrator.stepping.written_inputs import WrittenValue
 from orchestrator.system.system import System
@@ -134,7 +134,7 @@ class StateKeeper:
         units, content = self._running.by_name, snapshot.states()
         if not all(unit.state is not None and unit.state.serializes and n in content for n, unit in units.items()):
             return False
-        states: States = {}
+        states: UnitStates = {}
         try:
             for name, unit in units.items():
                 if unit.state is not None:
