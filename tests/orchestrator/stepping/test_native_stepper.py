@@ -294,7 +294,7 @@ def test_what_is_written_by_hand_acts_alike(built_fmus):
 
 def test_ctrl_c_comes_between_two_ticks_and_loses_none(built_fmus):
     system = System({"s": made("follows", Version.FMI3)}, {}, held=held_values("s"))
-    with Simulation(system, h=0.1, until=2e4) as simulation:
+    with Simulation(system, h=0.1, until=2e5) as simulation:
         simulation.open()
         former = signal.signal(signal.SIGALRM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
