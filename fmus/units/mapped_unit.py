@@ -21,6 +21,7 @@ from fmus.unit_interface import Interface
 from fmus.units.adaptation import Adaptation, Link
 from fmus.units.capabilities import StateCapability
 from fmus.units.conventions import Convention, Views
+from fmus.units.prepared_calls import Copy
 from fmus.units.rates import RunningIntegral, RunningRate
 from fmus.units.state_bytes import array_of, joined, parted
 from fmus.units.unit import (
@@ -100,7 +101,7 @@ class MappedUnit(Unit):
         calls: list[Operation] = []
         if conventions := _of_present_buses(self._adaptation.conventions, ours):
             source = {kind: column.copy() for kind, column in inputs.items()}
-            calls += [_copy(inputs[kind], source[kind]) for kind in inputs]
+            calls += [Copy(inputs[kind], source[kind]) for kind in inputs]
             buses = _by_bus(views(ours, source))
             calls += [_applied(c.theirs, buses[bus]) for bus, cs in conventions.items() for c in reversed(cs)]
         return calls + _moves(self._adaptation.inputs, (ours, source), (theirs, self._u), back=True)
@@ -236,16 +237,9 @@ def _applied(function: Callable[[Views], None], bus: Views) -> Operation:
     return lambda: function(bus)
 
 
-def _copy(values: Column, out: Column) -> Operation:
-    def copy() -> None:
-        out[:] = values
-
-    return copy
-
-
 def _constants(values: Mapping[str, Any], slots: Mapping[str, Column]) -> list[Operation]:
     """Calls that write constant signals; each time anew, as the conventions of their bus change them in place."""
-    return [_copy(np.array(np.ravel(value), dtype=slots[name].dtype), slots[name]) for name, value in values.items()]
+    return [Copy(np.array(np.ravel(value), dtype=slots[name].dtype), slots[name]) for name, value in values.items()]
 
 
 def _moves(
