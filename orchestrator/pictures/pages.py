@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
+from orchestrator.pictures import plots
+from orchestrator.pictures.signals import signals
 from orchestrator.results.provenance import facts
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.shown import parameter_values
@@ -17,7 +19,7 @@ _DRAWN: Final = "".join(
         "**orange boxes**: obstacles, each with its number; the pale line around one is its safety boundary",
         "**violet line** with P0 to P14: the path that is followed; **white line**: the plan over the horizon",
         "**yellow lines**: the corridor in which the plan has to stay",
-        "**grey lines** in plots: limits, whose values stand in the titles; signals that are held are drawn as steps",
+        "**grey lines** in plots: limits and desired values; signals that are held are drawn as steps",
     )
 )
 """The legend of the pictures."""
@@ -32,6 +34,8 @@ def page(name: str, about: Mapping[str, str], system: System) -> str:
         system: What was run.
     """
     text = f"# {name}\n\n" + _table(("", ""), about.items()) + f"\n## What is drawn\n\n{_DRAWN}"
+    if drawn := list(_plotted(system)):
+        text += "\n" + _table(("plot", "quantity", "limits and desired values"), drawn)
     if parameters := list(_parameters(system)):
         text += "\n## Parameters\n\n" + _table(("parameter", "value", "unit", "meaning"), parameters)
     wires = "\n".join(f"* {connection}" for connection in system.connections)
@@ -54,6 +58,7 @@ def comparison(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sce
     values = [{key: f"{value['value']} {value['unit']}" for key, value in s.sources.items()} for s in scenarios]
     parameters = {key: [one.get(key, "-") for one in values] for key in sorted({k for one in values for k in one})}
     differing = [(key, *different) for key, different in parameters.items() if len(set(different)) > 1]
+    text += f"\n\N{GREEK CAPITAL LETTER DELTA} in a plot is the difference from {names[0]}.\n"
     return text + "\n## Parameters that differ\n\n" + _table(head, differing) if differing else text
 
 
@@ -72,6 +77,16 @@ def _cell(content: object) -> str:
 def _measured(summary: Mapping[str, Any]) -> dict[str, str]:
     verdicts = {name.replace("_", " "): "yes" if holds else "no" for name, holds in summary.get("verdicts", {}).items()}
     return verdicts | {name: f"{value:.4g}" for name, value in summary.get("metrics", {}).items()}
+
+
+def _plotted(system: System) -> Iterator[tuple[str, str, str]]:
+    """What each plot of the first page shows, whose title has only room for a name and a unit."""
+    everything = signals(system)
+    limits = plots.limits(system, everything)
+    for plot in (plot for answers in plots.questions(system, everything).values() for plot in answers):
+        for one in plot.split(limits):
+            near = (f"{limit.name} {limit.value:.4g} {'' if plot.unit == '1' else plot.unit}" for limit in one.limits)
+            yield one.signals[0].path, plot.quantity.lower(), ", ".join(map(str.strip, near))
 
 
 def _parameters(system: System) -> Iterator[tuple[object, ...]]:

@@ -34,9 +34,9 @@ def tables(columns: SignalColumns, signals: Sequence[Signal], derived: Mapping[s
         A text per row.
     """
     units = {s.path: "" if s.unit_of_measurement == "1" else s.unit_of_measurement for s in signals}
-    values = {f"{s.name}|{units[s.path]}": columns.of(s.path) for s in signals if columns.has(s.path)}
-    values |= {f"{name}|m": numbers for name, numbers in derived.items()}
-    cells = [[f"{name.replace('|', f'|{_text(x)} ')}|" for x in numbers] for name, numbers in values.items()]
+    values = [(s.name, units[s.path], columns.of(s.path)) for s in signals if columns.has(s.path)]
+    values += [(name, "m", numbers) for name, numbers in derived.items()]
+    cells = [[f"{name}|{_text(x, unit)}|" for x in numbers] for name, unit, numbers in values]
     times = [f"t|{t:.2f} s|" for t in columns.time]
     return [_table(row) for row in zip(times, *cells, strict=True)]
 
@@ -47,5 +47,5 @@ def _table(cells: Sequence[str]) -> str:
     return "\n".join([head, "|-|-|-|-|", *lines])
 
 
-def _text(value: float) -> str:
-    return f"{round(value, 3):.3g}" if np.isfinite(value) else "-"
+def _text(value: float, unit: str) -> str:
+    return f"{round(value, 3):.3g} {unit}".rstrip() if np.isfinite(value) else "-"

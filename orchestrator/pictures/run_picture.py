@@ -41,7 +41,7 @@ from orchestrator.system.system import System
 if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
     import pandas as pd
 
-_LOG_WIDTH = 32
+_LOG_WIDTH = 34
 """Characters of a line of the log that the viewer shows in a window of 1280 pixels."""
 MICROSECONDS = "\N{MICRO SIGN}s"
 

@@ -3,24 +3,26 @@
 The first tab answers a person's questions about a run, or about several runs; the next holds all signals, the last says
 where the runs come from. What the runs do not have, or did not record, is left out.
 
-A legend hides the curves below it: where there is room, a title names the colours and the limits instead. In a
-comparison each run has a colour, which the title of the tab names once.
+Of a title beside the viewer's buttons about 14 characters are seen in a window of 1280 pixels, so that a plot of the
+first tab shows one signal, and its title is the signal's name and unit; the page about the run says what it is and what
+limits it. A legend hides the curves below it: where there is room, a title names the colours instead. In a comparison
+each run has a colour, which the title of the tab names once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
 from typing import Final, TypeAlias
 
 from orchestrator.pictures import friction, palette, plots
 from orchestrator.pictures.driven import driven
-from orchestrator.pictures.plots import Limit, Plot, titled
+from orchestrator.pictures.plots import Plot, titled
 from orchestrator.pictures.run_picture import MICROSECONDS, RunPicture
 
-_FIFTH_TITLE, _QUARTER_TITLE = 44, 58
-"""Characters of the longest title that a view in this share of the window shows completely."""
+_QUARTER_TITLE: Final = 34
+"""Characters of the longest title that a view in a quarter of a window of 1280 pixels shows completely."""
 _OVER_ROAD: Final = (60, 40)
 """[m] The x and z of the eye where there is no vehicle to follow, so that one view shows most of the road."""
 _LONGEST_LEGEND: Final = 6
@@ -107,16 +109,18 @@ def screen(runs: Sequence[RunPicture], differences: Sequence[Series] = ()) -> Vi
         runs: What is drawn of each run.
         differences: Views of the differences between runs.
     """
-    scenery, asked = _scenery(runs), _asked(runs)
+    parts = [view for view in (_scenery(runs), _answers(runs, differences)) if view is not None]
     tabs: list[View] = []
-    if scenery is not None or asked:
-        parts = [view for view in (scenery, _answers(runs, asked, differences)) if view is not None]
-        tabs.append(ViewGroup("column", parts, [1, 2] if len(parts) > 1 else None, _named(runs)))
-    series: list[View] = [*_joined([(run, plots.by_bus(run.signals)) for run in runs], by_bus=True)]
+    if parts:
+        seen = ViewGroup("column", parts, [1, 2] if len(parts) > 1 else None)
+        told = _told(runs)
+        tabs.append(ViewGroup("row", [seen, *told], [3, 1] if told else None, _named(runs)))
+    series: list[View] = [*_by_bus(runs)]
     if followed := [run.at("signals", *c.path.split(".")) for run in runs for c in driven(run.system)]:
         series.append(Series("Inputs that follow the table", followed, legend=len(followed) <= _LONGEST_LEGEND))
-    if not tabs:
-        series += [*differences, *_wall_time(runs), *_states_and_log(runs)]
+    series += _wall_time(runs)
+    if not parts:
+        series += [*differences, *_states_and_log(runs)]
     if series:
         columns = min(4, ceil(sqrt(len(series))))
         tabs.append(ViewGroup("grid", series, title="All signals", columns=columns))
@@ -172,7 +176,7 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
         ]
     if circles:
         trails = [run.at("friction", "past") for run in circles]
-        title = "Friction circles, limit = 1"
+        title = "Friction \N{LESS-THAN OR EQUAL TO} 1"
         views.append(Plane(title, "/friction", 2 * friction.APART, 1.6, trails, 2.0))
     if not views:
         return None
@@ -180,96 +184,74 @@ def _scenery(runs: Sequence[RunPicture]) -> View | None:
 
 
 def _asked(runs: Sequence[RunPicture]) -> dict[str, list[View]]:
-    """The series that answer each question; questions without an answer are left out."""
-    views: dict[str, list[View]] = {}
-    for question, answers in _by_question(runs).items():
-        views[question] = [*_joined(answers)]
+    """The series that answer each question, one signal in each; questions without an answer are left out."""
+    signals: dict[str, dict[str, list[str]]] = {}
+    for run in runs:
+        for question, answers in plots.questions(run.system, run.signals).items():
+            for plot in (one for answer in answers for one in answer.split(run.limits)):
+                title = titled(plot.signals[0].name, plot.unit)
+                signals.setdefault(question, {}).setdefault(title, []).extend(_entities(run, plot))
+    views: dict[str, list[View]] = {
+        question: [Series(title, contents) for title, contents in series.items()]
+        for question, series in signals.items()
+    }
     if path_errors := [run.at("derived", "path_error") for run in runs if run.has_path_error]:
-        views.setdefault(plots.HARD, []).append(Series("Path error [m], left positive", path_errors))
+        views.setdefault(plots.HARD, []).append(Series("path error [m]", path_errors))
     if gaps := [run.at("derived", "gap_obstacle") for run in runs if run.has_gap]:
-        views.setdefault(plots.FAST, []).append(Series("Gap [m] to the nearest obstacle", gaps))
+        views.setdefault(plots.FAST, []).append(Series("gap [m]", gaps))
     return {question: views[question] for question in plots.QUESTIONS if question in views}
 
 
-def _answers(runs: Sequence[RunPicture], asked: Mapping[str, list[View]], differences: Sequence[Series]) -> View | None:
-    """A column for each question, with the question as its title; then a column for states and log."""
-    columns = dict(asked)
-    if more := [*differences, *_wall_time(runs)]:
-        columns[plots.FAST] = [*columns.get(plots.FAST, ()), *more]
-    shares = [1.0] * len(columns)
-    if states_and_log := _states_and_log(runs):
-        columns[_WHEN], shares = states_and_log, [*shares, 1.35]
-    # The viewer shows the title of a column only where it is a tab.
-    headed = [
-        ViewGroup("tabs", [ViewGroup("column", views, _SHARES.get((question, len(views))), question)])
-        for question, views in columns.items()
+def _entities(run: RunPicture, plot: Plot) -> list[str]:
+    """What a plot shows: its signals, and the limits that are near."""
+    return [run.at("signals", *signal.parts) for signal in plot.signals] + [
+        run.at(*plots.limit_parts(limit)) for limit in plot.limits if limit.is_near
     ]
-    return ViewGroup("row", headed, shares) if headed else None
 
 
-_WHEN: Final = "When was what?"
-_SHARES: Final = {(_WHEN, 3): [1.0, 1.45, 0.95]}
-"""Shares of the room of a column's views, by its title and their number; else they are equal."""
+def _answers(runs: Sequence[RunPicture], differences: Sequence[Series]) -> View | None:
+    """A column for each question, with the question as its title."""
+    columns = _asked(runs)
+    if differences:
+        columns[plots.FAST] = [*columns.get(plots.FAST, ()), *differences]
+    return ViewGroup("row", [_headed(question, views) for question, views in columns.items()]) if columns else None
 
 
-def _by_question(runs: Sequence[RunPicture]) -> dict[str, list[tuple[RunPicture, Sequence[Plot]]]]:
-    """The plots of each question, run by run; in a comparison each plot shows one signal, because a colour is a run."""
-    grouped: dict[str, list[tuple[RunPicture, Sequence[Plot]]]] = {}
-    for run in runs:
-        for question, answers in plots.questions(run.system, run.signals).items():
-            own = answers if len(runs) == 1 else [one for plot in answers for one in plot.split(run.limits)]
-            grouped.setdefault(question, []).append((run, own))
-    return grouped
+def _told(runs: Sequence[RunPicture]) -> list[View]:
+    """The column of states, values and log, if there are any; it is as high as the window, because the log is long."""
+    views = _states_and_log(runs)
+    shares = [_TOLD_SHARES[view.kind] for view in views if isinstance(view, Panel)]
+    return [_headed("When was what?", views, shares)] if views else []
 
 
-def _joined(plots: Sequence[tuple[RunPicture, Sequence[Plot]]], *, by_bus: bool = False) -> list[Series]:
-    """The plots of all runs, those with the same title in one view; titles are those of questions or `by_bus`."""
+def _headed(title: str, views: Sequence[View], shares: Sequence[float] | None = None) -> View:
+    """Views below each other, as a tab, because the viewer shows the title of a column only where it is one."""
+    return ViewGroup("tabs", [ViewGroup("column", views, shares, title)])
+
+
+_TOLD_SHARES: Final = {"states": 1.0, "page": 1.2, "log": 1.5}
+"""Shares of the room of states, values and log."""
+
+
+def _by_bus(runs: Sequence[RunPicture]) -> list[Series]:
+    """All signals by bus and unit of measurement, those of all runs in one view."""
     grouped: dict[str, list[tuple[RunPicture, Plot]]] = {}
-    for run, own in plots:
-        for plot in own:
-            title = titled(plot.quantity, plot.unit) if by_bus else plot.title
-            grouped.setdefault(title, []).append((run, plot))
-    return [_series(same, by_bus=by_bus) for same in grouped.values()]
+    for run in runs:
+        for plot in plots.by_bus(run.signals):
+            grouped.setdefault(titled(plot.quantity, plot.unit), []).append((run, plot))
+    return [_of_bus(title, same) for title, same in grouped.items()]
 
 
-def _series(same: Sequence[tuple[RunPicture, Plot]], *, by_bus: bool) -> Series:
-    """Plots of the same title in one view, whose title names the series if there is room; else a short legend does."""
-    contents: list[str] = []
-    for run, plot in same:
-        contents += [run.at("signals", *signal.parts) for signal in plot.signals]
-        contents += [run.at(*plots.limit_parts(limit)) for limit in plot.limits if limit.is_near]
-    limits = [limit for _, plot in same for limit in plot.limits]
+def _of_bus(title: str, same: Sequence[tuple[RunPicture, Plot]]) -> Series:
+    """The signals of one bus, whose title names the series if there is room; else a short legend does."""
+    contents = [name for run, plot in same for name in _entities(run, plot)]
     names = list(
         dict.fromkeys(name for run, plot in same for signal in plot.signals for name in run.series_names[signal.path])
     )
-    run, plot = same[0]
-    listed = ", ".join(names) if by_bus or len(names) > 1 else plot.signals[0].name
-    named, room = f"{titled(plot.quantity, plot.unit)}: {listed}", _QUARTER_TITLE
-    if not by_bus:  # a small window cuts off the end, where the quantity tells least
-        named, room = f"{_with_limits(listed, plot.unit, limits)}: {plot.quantity.lower()}", _FIFTH_TITLE
-    if len(named) <= room:
+    paths = list(dict.fromkeys(signal.path for _, plot in same for signal in plot.signals))
+    if len(paths) == len(names) == 1:
+        return Series(titled(paths[0], same[0][1].unit), contents)
+    named = f"{title}: {', '.join(names)}"
+    if len(named) <= _QUARTER_TITLE:
         return Series(named, contents)
-    whole = _with_limits(plot.quantity, plot.unit, limits)
-    return Series(whole, contents, legend=not run.run and len(names) <= _LONGEST_LEGEND)
-
-
-def _with_limits(quantity: str, unit: str | None, limits: Sequence[Limit]) -> str:
-    """The title of a quantity with the values of its limits, whose unit of measurement is that of the quantity."""
-    title = titled(quantity, unit)
-    bounds = sorted({limit.value for limit in limits if limit.binds})
-    match bounds:
-        case []:
-            pass
-        case [low, high] if low == -high:
-            title += f" \N{PLUS-MINUS SIGN}{high:.4g}"
-        case [low, high] if low < 0 < high:
-            title += f" {low:.4g} to {high:.4g}"
-        case [high] if high > 0:
-            title = f"{quantity if unit == '1' else title} \N{LESS-THAN OR EQUAL TO} {high:.4g}"
-        case _:
-            title += f", limits {', '.join(f'{value:.4g}' for value in bounds)}"
-    desired: dict[str, list[str]] = {}
-    for limit in (limit for limit in limits if not limit.binds):
-        values = desired.setdefault(limit.name, [])
-        values += [text for text in [f"{limit.value:.4g}"] if text not in values]
-    return title + "".join(f", {name} {' and '.join(values)}" for name, values in desired.items())
+    return Series(title, contents, legend=not same[0][0].run and len(names) <= _LONGEST_LEGEND)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import rerun as rr
@@ -13,6 +13,7 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from orchestrator.pictures import palette
 from orchestrator.pictures import screen as screens
+from orchestrator.recording.axes import AxisRange, axis_range
 
 
 class Layout(rrb.Blueprint):
@@ -32,28 +33,32 @@ class Layout(rrb.Blueprint):
         super()._log_to_stream(stream)
 
 
-def blueprint(screen: screens.ViewGroup, *, followed: bool = False) -> Layout:
+def blueprint(
+    screen: screens.ViewGroup, extremes: Mapping[str, AxisRange] | None = None, *, followed: bool = False
+) -> Layout:
     """The viewer's layout for a screen, with its own panels collapsed.
 
     Args:
         screen: What stands where.
+        extremes: The smallest and the largest value of each series, by entity, as far as they are known; the viewer
+            chooses the range of the other axes.
         followed: Whether the viewer shows the newest row while more come.
     """
     playing = "following" if followed else None
     return Layout(
-        _view(screen),
+        _view(screen, extremes or {}),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state=playing),
     )
 
 
-def _view(view: screens.View) -> Any:
+def _view(view: screens.View, extremes: Mapping[str, AxisRange]) -> Any:
     match view:
         case screens.ViewGroup():
-            return _group(view)
+            return _group(view, extremes)
         case screens.Series():
-            return _series(view)
+            return _series(view, extremes)
         case screens.Scenery():
             return _scenery(view)
         case screens.Plane():
@@ -68,8 +73,8 @@ def _view(view: screens.View) -> Any:
             return _panel(view)
 
 
-def _group(group: screens.ViewGroup) -> Any:
-    parts, name = [_view(part) for part in group.parts], group.title or None
+def _group(group: screens.ViewGroup, extremes: Mapping[str, AxisRange]) -> Any:
+    parts, name = [_view(part, extremes) for part in group.parts], group.title or None
     match group.kind:
         case "row":
             return rrb.Horizontal(*parts, column_shares=group.shares, name=name)
@@ -81,13 +86,15 @@ def _group(group: screens.ViewGroup) -> Any:
             return rrb.Tabs(*parts, active_tab=0, name=name)
 
 
-def _series(view: screens.Series) -> rrb.View:
+def _series(view: screens.Series, extremes: Mapping[str, AxisRange]) -> rrb.View:
+    ends = axis_range([extremes[entity] for entity in view.contents if entity in extremes])
     return rrb.TimeSeriesView(
         origin="/",
         contents=view.contents,
         name=view.title,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming into one plot shows the same seconds in all plots
-        plot_legend=rrb.PlotLegend(visible=view.legend),
+        axis_y=None if ends is None else rrb.ScalarAxis(range=ends),
+        plot_legend=None if view.legend else rrb.PlotLegend(visible=False),
     )
 
 

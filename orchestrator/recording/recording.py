@@ -51,6 +51,9 @@ class Recording:
         self._request, self._scenario, self._at_once = request, scenario, at_once
         self._file = request.sink if isinstance(request.sink, Path) and not at_once else None
         self._stream = self._open(None if at_once else request.sink)
+        self._is_watched = isinstance(request.sink, str) or request.followed
+        if self._is_watched:
+            self._stream.send_layout()
         if self._file is not None:
             self._stream.flush()  # from here on there is a file, however the run ends
         self._compact: RerunStream | None = None
@@ -67,6 +70,8 @@ class Recording:
         is_slow = not self._begun and not last and sum(map(len, batches)) < _SLOW
         if is_slow and self._file is not None and not self._request.followed:
             self._compact = self._open(_compact_file(self._file))
+        if not self._begun and not last and not self._is_watched:  # the run may be killed from here on
+            self._stream.send_layout()
         self._begun = True
         self._send(self._stream, batches)
         if self._file is not None:  # a viewer takes the rows at its own pace

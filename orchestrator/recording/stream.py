@@ -27,7 +27,8 @@ from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.screen import ViewGroup, screen
 from orchestrator.pictures.shapes import Page, Shape, Style
 from orchestrator.recording.archetypes import send_shapes, send_style
-from orchestrator.recording.blueprint import Layout, blueprint
+from orchestrator.recording.axes import Extremes
+from orchestrator.recording.blueprint import blueprint
 from orchestrator.system.experiment import TimeGrid
 from orchestrator.system.scene import Scene
 from orchestrator.system.system import System
@@ -54,7 +55,8 @@ class ShapeBatch:
 class RerunStream:
     """The recording of one run, in a file or in the viewer at a URL, fed with batches of consecutive rows.
 
-    The scenery, the styles and the layout are written at once; every batch is sent in columns, one call per entity.
+    The scenery and the styles are written at once; every batch is sent in columns, one call per entity. The layout comes
+    at the end, when the ranges of the axes are known, and by `send_layout` before.
 
     Args:
         sink: A file, or the URL of a viewer; in memory, as `close` gives it, if None.
@@ -83,11 +85,11 @@ class RerunStream:
         followed: bool = False,
     ) -> None:
         self._picture, self._grid = RunPicture(system, scene, recorded=recorded), grid
-        self._name, self._last = name, grid.start
+        self._name, self._last, self._extremes = name, grid.start, Extremes()
         page = Page(entity="/about", text=pages.page(name, about, system))
         styles = [page, *self._picture.styles()]
-        layout = blueprint(screen([self._picture]), followed=followed)
-        self._stream, self._sink = _opened(sink, name, layout, styles, recording_id), sink
+        self._stream, self._sink = _opened(sink, name, styles, recording_id), sink
+        self._followed = followed
         self._memory = self._stream.binary_stream() if sink is None else None
 
     def log(self, frame: pd.DataFrame | Mapping[str, Any], step_times: NDArray[np.float64] | None) -> None:
@@ -101,7 +103,12 @@ class RerunStream:
         if not len(times):
             return
         self._last = max(self._last, float(times[-1]))
-        send_shapes(self._stream, self._grid.ticks(times), times, self._picture.shapes(frame, step_times))
+        shapes = self._extremes.noted(self._picture.shapes(frame, step_times))
+        send_shapes(self._stream, self._grid.ticks(times), times, shapes)
+
+    def send_layout(self) -> None:
+        """Send the layout as it is known, because somebody may look at the recording from now on."""
+        blueprint(screen([self._picture]), self._extremes.ranges(), followed=self._followed).send(self._stream)
 
     def flush(self) -> None:
         """Write what has been logged, so that it outlives this process. Raises `OSError` where a file cannot grow."""
@@ -125,6 +132,8 @@ class RerunStream:
             last = np.full(len(ending.texts), self._last)
             send_shapes(self._stream, self._grid.ticks(last), last, [ending] if len(last) else [])
             send_style(self._stream, Page(entity="/about", text=pages.page(self._name, about, self._picture.system)))
+        if not isinstance(self._sink, str) and not self._followed:  # whoever looks may have changed the layout by now
+            self.send_layout()
         self.flush()
         whole = b"" if self._memory is None else self._memory.read() or b""
         self._stream.disconnect()
@@ -160,9 +169,10 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
         styles: What holds from the start.
         batches: What is drawn of the rows.
     """
-    stream = _opened(path, name, blueprint(layout), styles)
+    stream, extremes = _opened(path, name, styles), Extremes()
     for batch in batches:
-        send_shapes(stream, batch.ticks, batch.times, batch.shapes)
+        send_shapes(stream, batch.ticks, batch.times, extremes.noted(batch.shapes))
+    blueprint(layout, extremes.ranges()).send(stream)
     _flush(stream, path)
     stream.disconnect()
     del stream  # as in `RerunStream.close`
@@ -170,14 +180,13 @@ def write(path: Path, name: str, layout: ViewGroup, styles: Iterable[Style], bat
 
 
 def _opened(
-    sink: Path | str | None, name: str, layout: Layout, styles: Iterable[Style], recording_id: str | None = None
+    sink: Path | str | None, name: str, styles: Iterable[Style], recording_id: str | None = None
 ) -> rr.RecordingStream:
-    """A recording with all that holds from the start."""
+    """A recording with the styles, which hold from the start."""
     stream = rr.RecordingStream("macrostep", recording_id=recording_id)
     stream.set_log_time_enabled(False)
     if sink is not None:
         stream.set_sinks(rr.GrpcSink(sink) if isinstance(sink, str) else rr.FileSink(str(sink)))
-    layout.send(stream)
     stream.send_recording_name(name)
     for style in styles:
         send_style(stream, style)

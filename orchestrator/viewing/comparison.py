@@ -13,6 +13,7 @@ from components.interfaces.buses import VehicleState
 from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, choices, did_you_mean, raise_if_any
 from orchestrator.pictures import pages, palette
+from orchestrator.pictures.plots import titled
 from orchestrator.pictures.run_picture import RunPicture
 from orchestrator.pictures.screen import Series, screen
 from orchestrator.pictures.shapes import Page, SeriesStyle, SeriesValues, Shape, Style, entity
@@ -119,9 +120,8 @@ def _differences(name: str, columns: Sequence[str], first: RunRows, other: RunRo
 def _view(column: str, names: Sequence[str], picture: RunPicture) -> Series:
     units = {c: s.unit_of_measurement for s in picture.signals for c in s.columns}
     contents = [entity("difference", name, column) for name in names[1:]]
-    # A small window cuts off the end of a title.
-    leaf = column.rpartition(".")[2]
-    return Series(f"Difference {leaf} [{units[column]}]: {column} less that of {names[0]}", contents)
+    leaf = column.rpartition(".")[2]  # a plot has room for a short title
+    return Series(titled(f"\N{GREEK CAPITAL LETTER DELTA}{leaf}", units[column]), contents)
 
 
 def _usual(pictures: Sequence[RunPicture], tables: Sequence[RunRows]) -> list[str]:

