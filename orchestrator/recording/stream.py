@@ -55,8 +55,8 @@ class ShapeBatch:
 class RerunStream:
     """The recording of one run, in a file or in the viewer at a URL, fed with batches of consecutive rows.
 
-    The scenery and the styles are written at once; every batch is sent in columns, one call per entity. The layout comes
-    at the end, when the ranges of the axes are known, and by `send_layout` before.
+    Scenery and styles are written at once; every batch is sent in columns, one call per entity. The layout comes at the
+    end, when the ranges of the axes are known, and by `send_layout` before.
 
     Args:
         sink: A file, or the URL of a viewer; in memory, as `close` gives it, if None.

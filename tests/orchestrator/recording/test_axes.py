@@ -55,7 +55,7 @@ def test_the_nearer_end_is_widened(series, expected):
 def test_the_extremes_of_what_passes_are_noted():
     extremes = Extremes()
     batches = (
-        [SeriesValues(entity="/a", values=np.array([1.0, np.nan, 3.0])), SeriesStyle(entity="/a", names=[], colours=[])],
+        [SeriesValues(entity="/a", values=np.array([1, np.nan, 3])), SeriesStyle(entity="/a", names=[], colours=[])],
         [SeriesValues(entity="/a", values=np.array([[0.5, np.inf]])), SeriesValues(entity="/b", values=np.array([]))],
     )
     for batch in batches:
