@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
 from contextlib import nullcontext
@@ -16,6 +17,9 @@ from orchestrator.scenario import catalogue
 
 # a shell starts what runs in the background with Ctrl-C ignored, and so would be all processes that tests start
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# tests start hundreds of processes, which would compile every module anew where an environment forbids to keep them
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # machines are shared and noisy: a slow example is no fault; examples are the same in every run of the same files
 # (Hypothesis tries the constants of all our modules that are loaded: another choice of tests gets other examples)
