@@ -86,7 +86,7 @@ def test_every_command_line_is_one_that_the_command_takes(line):
 
 
 def test_every_option_that_is_named_is_one_of_a_command():
-    known = {o for c in COMMAND.commands.values() for p in c.params for o in (*p.opts, *p.secondary_opts)}
+    known = {o for c in (COMMAND, *COMMAND.commands.values()) for p in c.params for o in (*p.opts, *p.secondary_opts)}
     prose = re.sub(r"^```.*?^```$", "", README, flags=re.DOTALL | re.MULTILINE)
     named = {option for text in re.findall(r"`([^`]+)`", prose) for option in re.findall(r"(?<!\S)--[a-z-]+", text)}
     assert "--isolate" in named

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import typer
 
 from components.interfaces.problem import refuse
+from orchestrator.command import shell_completion
 from orchestrator.command.console import FAULT, err, out, print_message, print_problems, working
+
+_CheckedFile: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="An .fmu, .ssp or .mo, or a mapping file (.toml).",
+        autocompletion=shell_completion.checkable,
+    ),
+]
 
 
 def check(  # noqa: PLR0913 - each is an option of the command
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An .fmu, .ssp or .mo, or a mapping file (.toml).")],
+    file: _CheckedFile,
     socket: Annotated[str | None, typer.Option(help="The socket that an FMU is meant for.")] = None,
     target: Annotated[
         Path | None,

@@ -6,12 +6,16 @@ from typing import Annotated
 
 import typer
 
+from orchestrator.command import shell_completion
 from orchestrator.command.console import out
 
 
 def list_(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="A block or a scenario, to see all about it.")
+        str | None,
+        typer.Argument(
+            metavar="NAME", help="A block or a scenario, to see all about it.", autocompletion=shell_completion.named
+        ),
     ] = None,
 ) -> None:
     """Show all scenarios and blocks, or one of them with its parameters."""

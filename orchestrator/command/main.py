@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orchestrator.command import scenario_command, supervisor
+from orchestrator.command import scenario_command, shell_completion, supervisor
 from orchestrator.command.build_command import build
 from orchestrator.command.check_command import check
 from orchestrator.command.companions import Companions
@@ -41,7 +41,6 @@ def application(sockets: Iterable[Socket]) -> typer.Typer:
     app = typer.Typer(
         help="Co-simulate an automated vehicle: plant, traffic and controller as FMI components, inspected in Rerun.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode="markdown",
     )
@@ -83,7 +82,7 @@ def main(lifeline: Lifeline | None = None) -> None:
     Args:
         lifeline: Leads to a process that outlives this one, if there is any.
     """
-    subcommand, *arguments = sys.argv[1:] or [""]
+    subcommand, *arguments = sys.argv[1:] or shell_completion.words() or [""]
     try:
         with _recorder(subcommand, arguments) as recorder:
             application(_sockets(subcommand))(obj=Companions(recorder, lifeline or Lifeline()))
@@ -93,7 +92,7 @@ def main(lifeline: Lifeline | None = None) -> None:
 
 def _recorder(subcommand: str, arguments: list[str]) -> AbstractContextManager[RecordingProcess | None]:
     """For a run the process that records it: on another core it imports its libraries while this one does the same."""
-    if subcommand != run.__name__ or "--help" in arguments:
+    if subcommand != run.__name__ or "--help" in arguments or shell_completion.words():
         return nullcontext()
     from orchestrator.recording.process import RecordingProcess  # noqa: PLC0415
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 import typer
 
 from fmus.toolchain.version import Version
+from orchestrator.command import shell_completion
 from orchestrator.scenario.options import Options
 
 if TYPE_CHECKING:  # it is slow to import, and most subcommands do not need it
@@ -31,7 +32,9 @@ class Fmi(StrEnum):
 ScenarioRequest: TypeAlias = Annotated[
     str,
     typer.Argument(
-        metavar="SCENARIO", help="A scenario by name, a .toml file, an .ssp file, a run folder, or a single .fmu."
+        metavar="SCENARIO",
+        help="A scenario by name, a .toml file, an .ssp file, a run folder, or a single .fmu.",
+        autocompletion=shell_completion.runnable,
     ),
 ]
 WATCHING: Final = "Watching and recording"

@@ -7,11 +7,15 @@ from typing import Annotated
 
 import typer
 
+from orchestrator.command import shell_completion
 from orchestrator.command.console import print_message
 
 
 def show(  # noqa: PLR0913 - one parameter per option of the command
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.", autocompletion=shell_completion.runs),
+    ],
     difference: Annotated[
         list[str] | None,
         typer.Option(help="Signal to draw as its difference from the first run, `plant.state.y`. Repeatable."),
