@@ -33,6 +33,7 @@ from orchestrator.results.task import start_remarks
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.paces import paces, without_gaps
 from orchestrator.stepping.pacing import Pacer
+from orchestrator.stepping.whole_run import simulation_of
 from orchestrator.system.experiment import EVERYTHING, Scenario
 from orchestrator.system.shown import shown, signal_path, unit_that_shows
 from orchestrator.viewing.live import LiveStream
@@ -97,7 +98,7 @@ def execute(
     Raises:
         RequestError: The scenario cannot be simulated, or the folder cannot be used; nothing is written.
     """
-    simulation = _simulation(scenario)
+    simulation = simulation_of(scenario)
     scenario = replace(scenario, system=simulation.system)  # what is recorded besides outputs has been added
     here = Path.cwd()  # no path is relative to where an FMU may lead this process
     with ExitStack() as undisturbed:
@@ -203,19 +204,6 @@ class _Run:
         """Something that no unit is to blame for, as the end of a run."""
         simulation = self._simulation
         return SimulationError(max(simulation.tick, 0), simulation.time, "", problem) if problem else None
-
-
-def _simulation(scenario: Scenario) -> Simulation:
-    return Simulation(
-        scenario.system,
-        h=scenario.h,
-        until=scenario.until,
-        start=scenario.start,
-        tolerance=scenario.tolerance,
-        record=scenario.record,
-        algorithm=scenario.algorithm,
-        solve_loops=scenario.solve_loops,
-    )
 
 
 def _attempt(action: Callable[[], object]) -> SimulationError | None:

@@ -21,6 +21,7 @@ from orchestrator.command.run_command import RUN_OPTIONS, run
 from orchestrator.command.shared_options import with_options
 from orchestrator.command.show_command import show
 from orchestrator.command.supervisor import Lifeline
+from orchestrator.command.sweep_command import SWEEP_OPTIONS, sweep
 
 if TYPE_CHECKING:
     from components.interfaces.socket import Socket
@@ -47,6 +48,7 @@ def application(sockets: Iterable[Socket]) -> typer.Typer:
     known = tuple(sockets)
     app.callback()(_common)
     app.command()(with_options(run, RUN_OPTIONS, known))
+    app.command()(with_options(sweep, SWEEP_OPTIONS, known))
     app.command()(with_options(export, EXPORT_OPTIONS, known))
     app.command()(build)
     app.command()(reproduce)
@@ -101,7 +103,7 @@ def _recorder(subcommand: str, arguments: list[str]) -> AbstractContextManager[R
 
 def _sockets(subcommand: str) -> Iterable[Socket]:
     """The sockets where the subcommand has options for them; importing them is slow."""
-    if subcommand not in {run.__name__, export.__name__}:
+    if subcommand not in {run.__name__, sweep.__name__, export.__name__}:
         return ()
     from components.interfaces.sockets import SOCKETS  # noqa: PLC0415
 

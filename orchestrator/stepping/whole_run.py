@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from components.interfaces.arguments import checked_arguments
 from orchestrator.stepping.master import Simulation
-from orchestrator.system.experiment import Algorithm
+from orchestrator.system.experiment import Algorithm, Scenario
 from orchestrator.system.system import System
 
 if TYPE_CHECKING:  # slow to import
@@ -43,3 +43,17 @@ def simulate(  # noqa: PLR0913 - what makes an experiment
     with Simulation(system, h=h, until=until, start=start, algorithm=algorithm, solve_loops=solve_loops) as simulation:
         simulation.run()
         return simulation.frame()
+
+
+def simulation_of(scenario: Scenario) -> Simulation:
+    """The simulation of a scenario, which is not opened yet."""
+    return Simulation(
+        scenario.system,
+        h=scenario.h,
+        until=scenario.until,
+        start=scenario.start,
+        tolerance=scenario.tolerance,
+        record=scenario.record,
+        algorithm=scenario.algorithm,
+        solve_loops=scenario.solve_loops,
+    )

@@ -26,14 +26,14 @@ ROOMS = {
         "viewing",
         "execution",
         "own_system",
-        "sweep",
+        "sweeping",
         "reproduction",
         "command",
     ],
 }
 """The rooms of each package, in the order in which data passes them; a name without a folder is a file."""
 
-NOT_BUILT_YET = {"orchestrator/sweep"}
+NOT_BUILT_YET: set[str] = set()
 FOLDERS_OF_DATA = {"components/modelica", "orchestrator/scenarios", "fmus/runtime", "fmus/built"}
 
 

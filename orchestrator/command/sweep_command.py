@@ -1,0 +1,125 @@
+"""The command `macrostep sweep`."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from components.interfaces.problem import Problem, raise_if_any
+from orchestrator.command import shell_completion
+from orchestrator.command.console import INTERRUPTED, err, out, print_notes, working
+from orchestrator.command.run_command import RUN_OPTIONS
+from orchestrator.scenario.options import UNCHANGED, Options
+
+if TYPE_CHECKING:  # slow to import, and only the name is needed
+    from orchestrator.sweeping.sweep import Swept
+
+SWEEP_OPTIONS: Final = tuple(name for name in RUN_OPTIONS if name != "record")
+"""The shared options that the subcommand takes."""
+
+
+def sweep(  # noqa: PLR0913 - one parameter per option of the command
+    request: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="What `macrostep run` takes; or the folder of a sweep that was stopped, to go on with it.",
+            autocompletion=shell_completion.runnable,
+        ),
+    ],
+    options: Options,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATH=VALUES",
+            help="What varies: `plant.m=1500:2500`, `controller.b_3=log:1e-3:1e-1`, `plant.mu=0.3,0.6`,"
+            " `plant.mu=normal:0.8,0.1`, `plant=bicycle,MyVehicle.fmu`. Repeatable.",
+        ),
+    ] = None,
+    samples: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND:N",
+            help="How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64` (for Sobol indices),"
+            " or a table FILE.csv with a column for each path.",
+        ),
+    ] = None,
+    grid: Annotated[
+        str | None,
+        typer.Option(metavar="N", help="Every combination of N values of each; `20,5`: one number for each."),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="S", help="Which values are drawn.")] = 0,
+    on: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHERE", help="Who works: `processes` (the usual), `threads`, or a Dask cluster tcp://..."
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="N", help="How many work at once; one per core if not given.")
+    ] = None,
+    keep: Annotated[
+        list[str] | None,
+        typer.Option(metavar="WHICH", help="Runs that are kept: `worst:10`, or numbers. The three worst if not given."),
+    ] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="Folder of the sweep; the next free runs/NAME-sweep-N if not given.")
+    ] = None,
+) -> None:
+    """Run many variants of a scenario, on all cores or on a cluster, and say what decides how they end.
+
+    Exit code 0: all variants were run, also where some ended in a fault, which the report tells; 2: the request was
+    wrong, nothing was run; 130: Ctrl-C, and the same command with the folder goes on.
+    """
+    with working() as progress:
+        progress.now("starting")
+        from orchestrator.sweeping import sweep as sweeping  # noqa: PLC0415
+        from orchestrator.sweeping.engine import workforce  # noqa: PLC0415
+        from orchestrator.sweeping.plan import SweepRequest  # noqa: PLC0415
+        from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
+
+        kept = tuple(keep) if keep is not None else sweeping.WORST
+        if is_sweep(Path(request)):
+            asked: dict[str, object] = {
+                "--vary": vary,
+                "--samples": samples,
+                "--grid": grid,
+                "--seed": seed,
+                "--out": folder,
+            }
+            asked["other options"] = None if options == UNCHANGED else options
+            raise_if_any(
+                Problem(name, "it for a sweep that has begun", "only --on, --jobs and --keep")
+                for name, value in asked.items()
+                if value
+            )
+            done = sweeping.go_on(Path(request), workforce(on, jobs), kept, progress)
+        else:
+            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed, options)
+            done = sweeping.run_sweep(wanted, workforce(on, jobs), folder, kept, progress)
+    print_notes(dict.fromkeys((*done.remarks, *done.planned.scenario.remarks)))
+    if not done.is_whole:
+        err.print(f"macrostep: interrupted after {len(done.results)} of {len(done.planned)} variants", style="red")
+        err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
+        raise typer.Exit(INTERRUPTED)
+    _print(done)
+
+
+def _print(done: Swept) -> None:
+    """Print what came of a sweep in a few lines."""
+    from orchestrator.sweeping import findings  # noqa: PLC0415
+    from orchestrator.sweeping.ranking import badness, in_words  # noqa: PLC0415
+    from orchestrator.sweeping.sweep_folder import results_table  # noqa: PLC0415
+
+    table = results_table(done.planned, done.results)
+    out.print(f"{done.planned.scenario.name}: {len(table)} variants, {done.planned.sampling}", style="bold")
+    for share in (share for share in findings.shares(table) if share.known):
+        interval = f"{100 * share.low:.1f} to {100 * share.high:.1f} %"
+        out.print(f"  {share.name:24}{100 * share.value:.1f} %  ({share.holds} of {share.known}; 95 %: {interval})")
+    worst = min(done.results.values(), key=badness)
+    out.print(f"  {'worst':24}variant {worst.variant}: {in_words(worst)}")
+    runs = f"  runs/ ({len(done.kept)})" if done.kept else ""
+    out.print(f"{done.folder}/  report.html  metrics.parquet  samples.parquet  sweep.json{runs}")

@@ -1,0 +1,207 @@
+"""Who works on the variants: processes on this machine, threads, a cluster, or any executor of `concurrent.futures`."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from components.interfaces.problem import refuse
+from orchestrator.sweeping.plan import Variant
+from orchestrator.sweeping.work import (
+    SweepTask,
+    VariantResult,
+    begin,
+    in_batches,
+    leave_signals,
+    read_journal,
+    run_batch,
+    write_journal,
+)
+
+ON: Final = "--on"
+_BATCH: Final = 0.25
+"""[s] The time that a batch of variants takes, so that a report on it costs little."""
+_LARGEST: Final = 64
+"""Variants of a batch at most: so many are in doubt when a process dies."""
+_AHEAD: Final = 2
+"""Batches that wait for each worker."""
+DIED: Final = "the process that ran it died"
+
+
+@dataclass(frozen=True)
+class Workforce:
+    """Who works, and how many at once."""
+
+    make: Callable[[int], Executor]
+    """Makes an executor with so many workers."""
+    workers: int
+    is_here: bool
+    """Whether the workers can write to the folder of the sweep."""
+    replaceable: bool
+    """Whether an executor that broke can be made anew."""
+    words: str
+
+
+def workforce(on: str | None, jobs: int | None) -> Workforce:
+    """Who works.
+
+    Args:
+        on: `processes` (the usual), `threads`, or the address of a Dask scheduler, `tcp://head:8786`.
+        jobs: How many work at once; one for each core if not given.
+
+    Raises:
+        RequestError: There is no such workforce, or it cannot be reached.
+    """
+    if jobs is not None and jobs < 1:
+        raise refuse("--jobs", f"{jobs}", "a whole number, 1 or more")
+    count = jobs or os.cpu_count() or 1
+    if on in (None, "processes"):
+        return Workforce(_processes, count, is_here=True, replaceable=True, words=f"{count} processes")
+    if on == "threads":
+        return Workforce(ThreadPoolExecutor, count, is_here=True, replaceable=False, words=f"{count} threads")
+    if "://" in (on or ""):
+        from orchestrator.sweeping.cluster import dask_workforce  # noqa: PLC0415 - an extra
+
+        return dask_workforce(on or "", jobs)
+    raise refuse(f"{ON} {on}", "an unknown workforce", "processes, threads, or the address of a Dask scheduler")
+
+
+def of_executor(executor: Executor) -> Workforce:
+    """An executor that a person brings, which is not closed."""
+    workers = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+    return Workforce(lambda _: _Borrowed(executor), workers, is_here=False, replaceable=False, words="an executor")
+
+
+class _Borrowed(Executor):
+    """An executor of somebody else, which goes on when the sweep has ended."""
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        return self._executor.submit(fn, *args, **kwargs)
+
+
+def _processes(count: int) -> Executor:
+    # They are spawned: a forked process would share locks with our threads.
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(count, mp_context=context, initializer=_in_process)
+
+
+def _in_process() -> None:
+    """Begin a worker process, which ends with the one that made it."""
+    leave_signals()
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+class Engine:
+    """Runs the variants of a sweep.
+
+    Args:
+        task: The sweep.
+        force: Who works on it.
+        journal: Where what is done is written down.
+    """
+
+    def __init__(self, task: SweepTask, force: Workforce, journal: Path) -> None:
+        self._task, self._force, self._journal = task, force, journal
+        self._seconds = 0.0
+        self._executor: Executor | None = None
+
+    @contextmanager
+    def working(self) -> Generator[None]:
+        """Have workers in the block; they get ready at once."""
+        self._executor = self._force.make(self._force.workers)
+        for _ in range(self._force.workers):
+            self._executor.submit(begin, self._task)
+        try:
+            yield
+        finally:
+            self._executor.shutdown(wait=True, cancel_futures=True)
+
+    def run(self, variants: Iterator[Variant]) -> Iterator[VariantResult]:
+        """Run variants.
+
+        Args:
+            variants: The variants.
+
+        Returns:
+            Their results, each when it has come; all of them are in the journal.
+        """
+        batches = in_batches(variants, self._size)
+        pending: dict[Future[list[VariantResult]], list[Variant]] = {}
+        more = True
+        while more or pending:
+            while more and len(pending) < _AHEAD * self._force.workers:
+                batch = next(batches, None)
+                more = batch is not None
+                if batch is not None:
+                    pending[self._submit(batch)] = batch
+            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+            for future in finished:
+                batch = pending.pop(future)
+                try:
+                    results = future.result()
+                except BrokenExecutor:
+                    lost = [variant for one in (batch, *pending.values()) for variant in one]
+                    pending.clear()
+                    yield from self._after_death(lost)
+                    break
+                yield from self._noted(results)
+
+    def _submit(self, batch: list[Variant]) -> Future[list[VariantResult]]:
+        assert self._executor is not None  # noqa: S101 - `run` is called in the block of `working`
+        try:
+            return self._executor.submit(run_batch, self._task, batch)
+        except BrokenExecutor as error:  # a worker died while nothing was under way
+            failed: Future[list[VariantResult]] = Future()
+            failed.set_exception(error)
+            return failed
+
+    def _noted(self, results: Sequence[VariantResult]) -> Sequence[VariantResult]:
+        for result in results:
+            self._seconds += 0.2 * (result.seconds - self._seconds) if self._seconds else result.seconds
+        if self._task.journal is None:
+            write_journal(self._journal, results)
+        return results
+
+    def _size(self) -> int:
+        return max(1, min(_LARGEST, int(_BATCH / self._seconds))) if self._seconds else 1
+
+    def _after_death(self, lost: Sequence[Variant]) -> Iterator[VariantResult]:
+        """Go on after a worker process has died, with which all others end: who of those in doubt did it?"""
+        if not self._force.replaceable:
+            raise refuse(ON, f"{self._force.words} that broke while variants were run", "an executor that goes on")
+        known = read_journal(self._journal)
+        yield from (known[v.number] for v in lost if v.number in known)
+        alone: Executor | None = None
+        for variant in (v for v in lost if v.number not in known):
+            alone = alone or self._force.make(1)
+            try:
+                yield from self._noted(alone.submit(run_batch, self._task, [variant]).result())
+            except BrokenExecutor:
+                alone.shutdown(wait=False)
+                alone = None
+                result = VariantResult(variant.number, 0.0, {}, {}, DIED, DIED)
+                write_journal(self._journal, [result])
+                yield result
+        if alone is not None:
+            alone.shutdown()
+        self._executor = self._force.make(self._force.workers)

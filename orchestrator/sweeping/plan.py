@@ -1,0 +1,208 @@
+"""The plan of a sweep: what was asked for, checked as a whole before anything runs, and the values of every variant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+
+from components.interfaces.problem import Gathered, Problem, raise_if_any, refuse
+from components.interfaces.progress import SILENT, Progress
+from components.interfaces.quantity import Quantity
+from components.interfaces.record import variables
+from components.interfaces.sockets import SOCKETS
+from orchestrator.loading import load
+from orchestrator.scenario.options import UNCHANGED, Options
+from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
+from orchestrator.sweeping.sampling import Columns, Sampling, read_sampling, sampled
+from orchestrator.sweeping.variation import VARY, Variation, split, twice, value_problems, variation
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
+from orchestrator.system.scene import Scene
+
+_FILES = (".toml", ".ssp", ".fmu", ".mo")
+"""The endings of what is a file and no name."""
+
+
+@dataclass(frozen=True)
+class SweepRequest:
+    """What was asked for."""
+
+    scenario: str
+    """What is run, as `macrostep run` takes it."""
+    vary: tuple[str, ...] = ()
+    """What varies, as `PATH=VALUES`."""
+    samples: str | None = None
+    """How it is sampled: `sobol:512` and the like, or a table."""
+    grid: str | None = None
+    """The number of values of each variation, for a grid."""
+    seed: int = 0
+    options: Options = UNCHANGED
+    """What is changed in all variants."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One run of many."""
+
+    number: int
+    settings: tuple[str, ...]
+    """The values of its parameters, as `--set` takes them."""
+    fillings: Mapping[str, str] = field(default_factory=dict[str, str])
+    """What fills the sockets that vary."""
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """A request that has been checked, with the values of all variants."""
+
+    request: SweepRequest
+    sampling: Sampling
+    variations: tuple[Variation, ...]
+    columns: Columns
+    """The value of each path in each variant, as `--set` takes it."""
+    quantities: Mapping[str, Quantity | None]
+    """What each path is; None for a socket."""
+    scenario: Scenario
+    """The scenario before anything varies."""
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    @cached_property
+    def _fillings(self) -> list[str]:
+        return [path for path in self.columns if path in SOCKETS]
+
+    def variant(self, number: int) -> Variant:
+        """One of the variants, which are numbered from 0 on."""
+        settings = tuple(f"{path}={values[number]}" for path, values in self.columns.items() if path not in SOCKETS)
+        return Variant(number, settings, {path: self.columns[path][number] for path in self._fillings})
+
+    def options_of(self, variant: Variant) -> Options:
+        """The options with which `macrostep run` runs a variant."""
+        return options_of(self.request.options, variant)
+
+
+def options_of(options: Options, variant: Variant) -> Options:
+    """The options of one variant.
+
+    Args:
+        options: Those of all variants.
+        variant: The variant, whose settings come last.
+    """
+    return replace(
+        options,
+        settings=(*options.settings, *variant.settings),
+        replacements={**options.replacements, **variant.fillings},
+    )
+
+
+def plan(request: SweepRequest, progress: Progress = SILENT) -> SweepPlan:
+    """Check a request, build the FMUs that it needs, and sample its variants.
+
+    Args:
+        request: What was asked for.
+        progress: Receives reports on what is being built.
+
+    Raises:
+        RequestError: Something is wrong with it; the error has all problems.
+    """
+    if request.seed < 0:
+        raise refuse("--seed", f"{request.seed}", "a whole number, 0 or more")
+    wrong = Gathered()
+    pairs = [pair for text in request.vary if (pair := wrong.attempt(lambda text=text: split(text), None))]
+    wrong.problems += twice(pairs)
+    from_table = request.samples is not None and request.samples.endswith((".csv", ".parquet"))
+    columns: Columns = {}
+    if from_table:
+        if pairs:
+            wrong.problems.append(Problem(VARY, f"it beside the table {request.samples}", "one of them"))
+        columns = wrong.attempt(lambda: sampled(read_sampling(request.samples, request.grid, ()), (), 0), columns)
+    elif not request.vary:
+        remedy = "Try --vary plant.m=1500:2500."
+        wrong.problems.append(Problem(VARY, "nothing that varies", "PATH=VALUES", remedy))
+    raise_if_any(wrong.problems)
+    texts = {path: ",".join(dict.fromkeys(values)) for path, values in columns.items()} or dict(pairs)
+    scenarios = _scenarios(request, {p: texts[p] for p in texts if p in SOCKETS}, progress)
+    quantities = {path: wrong.attempt(lambda path=path: _quantity(path, scenarios), None) for path in texts}
+    raise_if_any(wrong.problems)
+    found = [
+        wrong.attempt(lambda path=path: _variation(path, texts[path], quantities[path], from_table), None)
+        for path in texts
+    ]
+    variations = tuple(one for one in found if one is not None)
+    raise_if_any(wrong.problems)
+    sampling = read_sampling(request.samples, request.grid, variations)
+    columns = columns or sampled(sampling, variations, request.seed)
+    raise_if_any(p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path]))
+    return SweepPlan(request, sampling, variations, columns, quantities, scenarios[0])
+
+
+def _variation(path: str, text: str, quantity: Quantity | None, from_table: bool) -> Variation:  # noqa: FBT001
+    if from_table:  # whose values are looked at one by one
+        return Variation(path, text, tuple(text.split(",")))
+    return variation(path, text, quantity)
+
+
+def _scenarios(request: SweepRequest, fillings: Mapping[str, str], progress: Progress) -> list[Scenario]:
+    """The scenario with each combination of units that fill sockets, without the values that vary."""
+    read = {socket: variation(socket, text, None).choices for socket, text in fillings.items()}
+    scenarios: list[Scenario] = []
+    wrong = Gathered()
+    for chosen in product(*read.values()):
+        replacements = {**request.options.replacements, **dict(zip(read, chosen, strict=True))}
+        options = replace(request.options, replacements=replacements)
+        scenario = wrong.attempt(lambda options=options: load(request.scenario, options, progress), None)
+        scenarios += [scenario] if scenario is not None else []
+    raise_if_any(dict.fromkeys(wrong.problems))
+    return scenarios
+
+
+def _quantity(path: str, scenarios: Sequence[Scenario]) -> Quantity | None:
+    """What a path is in every scenario; None for a socket. Raises `RequestError` where it is nothing."""
+    if path in SOCKETS:
+        return None
+    found = [_variable(path, scenario) for scenario in scenarios]
+    variable = found[0]
+    return replace(variable.variable.quantity, shape=()) if variable.index else variable.variable.quantity
+
+
+def _variable(path: str, scenario: Scenario) -> UnitVariable:
+    unit, _, name = path.partition(".")
+    units = scenario.system.units
+    if unit == "scene" and unit not in units:
+        found = look_up(name, named(variables(Scene)))
+        told = resolve(unit, variables(Scene), settings=[Setting(unit, f"{name}=0")]).problems
+    elif unit in units:
+        source = units[unit]
+        found = look_up(name, settable(source))
+        told = [] if found else resolve_unit(unit, source, settings=[Setting(unit, f"{name}=0")]).problems
+    else:
+        valid = ", ".join([*units, "scene", *(f"the socket {name}" for name in SOCKETS)])
+        raise refuse(f"{VARY} {path}", f"the unknown unit `{unit}`", f"a parameter of {valid}")
+    if found is None:
+        raise_if_any(told)
+        raise refuse(f"{VARY} {path}", "an unknown parameter", "one that `macrostep check` lists")
+    return found
+
+
+def absolute(request: SweepRequest) -> SweepRequest:
+    """A request whose files are found from any folder."""
+    options = request.options
+    replacements = {socket: absolute_file(str(unit)) for socket, unit in options.replacements.items()}
+    table = None if options.input is None else str(Path(options.input).resolve())
+    changed = replace(options, replacements=replacements, input=table)
+    return replace(request, scenario=absolute_file(request.scenario), options=changed)
+
+
+def absolute_file(text: str) -> str:
+    """The absolute path of a file or a folder; a name as it is."""
+    is_file = text.partition(":")[0].endswith(_FILES) or Path(text).is_dir()
+    return str(Path(text).resolve()) if is_file else text
+
+
+def iterate(plan: SweepPlan, done: set[int]) -> Iterator[Variant]:
+    """The variants that are not done yet, in their order."""
+    return (plan.variant(number) for number in range(len(plan)) if number not in done)

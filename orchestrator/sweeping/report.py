@@ -1,0 +1,110 @@
+"""The report of a sweep: one page that needs no other file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from orchestrator.pictures.templating import embedded, templates
+from orchestrator.results.manifest import unfinished
+from orchestrator.results.provenance import now, versions
+from orchestrator.sweeping import findings
+from orchestrator.sweeping.plan import SweepPlan
+from orchestrator.sweeping.sampling import VARIANT
+from orchestrator.sweeping.sweep_folder import CAUSE, FAULT, FINISHED, REPORT, RUNS, SECONDS, STATUS
+
+if TYPE_CHECKING:  # slow to import, and only the name is needed
+    import pandas as pd
+
+_TEMPLATES: Final = Path(__file__).parent / "templates"
+_DRAWN: Final = 8
+"""What varies at most in the figure: more would be too small to see."""
+_LISTED: Final = 20
+"""The variants of a group that are listed."""
+
+
+def write_report(
+    planned: SweepPlan, table: pd.DataFrame, kept: Mapping[int, str], folder: Path, seconds: float
+) -> None:
+    """Write `REPORT`.
+
+    Args:
+        planned: The sweep.
+        table: Its results.
+        kept: The names of the run folders that were kept, by variant.
+        folder: The folder of the sweep.
+        seconds: The time [s] that it took.
+    """
+    template = templates(_TEMPLATES).get_template("sweep.html.jinja")
+    content = template.render(**_content(planned, table, kept), seconds=seconds, made=now(), versions=versions())
+    with unfinished(folder / REPORT) as file:
+        file.write_text(content, encoding="utf-8")
+
+
+def _content(planned: SweepPlan, table: pd.DataFrame, kept: Mapping[int, str]) -> dict[str, Any]:
+    metrics = findings.shown_metrics(planned, table)
+    indices = findings.sobol_table(planned, table)
+    groups = findings.groups(table)
+    failed = {number for group in groups for number in group.variants}
+    return {
+        "title": planned.scenario.title,
+        "name": planned.scenario.name,
+        "count": len(table),
+        "failed": len(failed),
+        "sampling": str(planned.sampling),
+        "seed": planned.request.seed,
+        "varied": [(v.path, v.text, _unit(planned, v.path)) for v in planned.variations],
+        "shares": findings.shares(table),
+        "spreads": findings.spreads(planned, table),
+        "units": metrics,
+        "worst": [_row(planned, row, metrics, kept) for row in _worst(table)],
+        "groups": [(group, group.variants[:_LISTED]) for group in groups],
+        "indices": indices,
+        "paths": list(planned.columns),
+        "figures": _figures(planned, table, metrics, table[VARIANT].isin(list(failed))) if metrics else [],
+        "has_saltelli": planned.sampling.kind == "saltelli",
+        "median_ms": 1e3 * float(table[SECONDS].median()) if len(table) else 0.0,
+        "runs": RUNS,
+    }
+
+
+def _worst(table: pd.DataFrame) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = findings.ranked(table).head(findings.WORST_SHOWN).to_dict("records")  # type: ignore[assignment]
+    return rows
+
+
+def _row(
+    planned: SweepPlan, row: Mapping[str, Any], metrics: Mapping[str, str], kept: Mapping[int, str]
+) -> dict[str, Any]:
+    number = int(row[VARIANT])
+    return {
+        "number": number,
+        "values": {path: row[path] for path in planned.columns},
+        "metrics": {name: row[name] for name in metrics},
+        "fault": row[FAULT],
+        "finished": row[STATUS] == FINISHED,
+        "cause": row[CAUSE],
+        "command": findings.command(planned, number),
+        "folder": kept.get(number, ""),
+    }
+
+
+def _figures(planned: SweepPlan, table: pd.DataFrame, metrics: Mapping[str, str], failed: Any) -> list[tuple[str, str]]:
+    from orchestrator.sweeping import sweep_figures  # noqa: PLC0415 - matplotlib is slow to import
+
+    paths = {path: _unit(planned, path) for path in list(planned.columns)[:_DRAWN]}
+    logarithmic = {v.path for v in planned.variations if v.text.startswith("log:")}
+    over = sweep_figures.over_values(table, metrics, paths, failed, logarithmic)
+    return [
+        (
+            "Each metric over each value that varies; variants in red ended in a fault or fail a verdict.",
+            embedded(over),
+        ),
+        ("How often each metric takes which values.", embedded(sweep_figures.distributions(table, metrics))),
+    ]
+
+
+def _unit(planned: SweepPlan, path: str) -> str:
+    quantity = planned.quantities[path]
+    return "" if quantity is None or quantity.unit == "1" else quantity.unit

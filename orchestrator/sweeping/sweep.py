@@ -1,0 +1,231 @@
+"""Many variants of one scenario, from a request to a folder."""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from components.interfaces.arguments import checked_arguments
+from components.interfaces.progress import SILENT, Progress
+from orchestrator.execution import Execution, execute
+from orchestrator.loading import load
+from orchestrator.results.claimed_folder import ClaimedFolder
+from orchestrator.scenario.options import UNCHANGED, Options
+from orchestrator.sweeping import ranking, sweep_folder
+from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
+from orchestrator.sweeping.plan import SweepPlan, SweepRequest, absolute, iterate, plan
+from orchestrator.sweeping.work import SweepTask, VariantResult
+
+if TYPE_CHECKING:  # slow to import, and only the name is needed
+    import pandas as pd
+
+WORST: Final = ("worst:3",)
+"""The runs that are kept if nothing else is asked for."""
+
+
+@dataclass
+class Swept:
+    """A sweep that has ended, or was interrupted."""
+
+    folder: Path
+    planned: SweepPlan
+    results: dict[int, VariantResult]
+    """By the number of the variant."""
+    is_whole: bool
+    """Whether all variants are done."""
+    remarks: list[str] = field(default_factory=list[str])
+    kept: dict[int, Path] = field(default_factory=dict[int, Path])
+    """The run folders of those that are kept, the worst first."""
+
+
+@checked_arguments
+def sweep(  # noqa: PLR0913 - what makes a sweep
+    scenario: str | Path,
+    variations: Mapping[str, Any],
+    *,
+    samples: str | None = None,
+    grid: str | None = None,
+    seed: int = 0,
+    options: Options = UNCHANGED,
+    executor: Executor | None = None,
+    out: Path | None = None,
+    keep: Sequence[str] = WORST,
+    progress: Progress = SILENT,
+) -> pd.DataFrame:
+    """Run many variants of a scenario, on all cores, and write the folder of a sweep.
+
+    Args:
+        scenario: What is run, as `load` takes it.
+        variations: What varies: by the path of a parameter or the name of a socket a text (`"1500:2500"`,
+            `"log:1e-3:1e-1"`, `"normal:10,0.5"`) or a list of values.
+        samples: How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64`, or a table `FILE.csv`.
+        grid: The number of values of each variation, in place of `samples`: `"20"`, `"20,5"`.
+        seed: The seed of the random numbers.
+        options: What is changed in all variants.
+        executor: Who works: any executor of `concurrent.futures`; a process for each core if not given.
+        out: The folder; the next free `runs/NAME-sweep-N` if not given.
+        keep: The variants whose run folders are kept: `worst:10`, or numbers.
+        progress: Receives reports on what is going on.
+
+    Returns:
+        A row for each variant: values, metrics, verdicts, fault and time; `attrs["folder"]` is the folder.
+
+    Raises:
+        RequestError: Something is wrong with the request; the error has all problems, and nothing was run.
+    """
+    texts = tuple(f"{path}={_spelled(values)}" for path, values in variations.items())
+    request = SweepRequest(str(scenario), texts, samples, grid, seed, options)
+    force = workforce(None, None) if executor is None else of_executor(executor)
+    done = run_sweep(request, force, out, keep, progress)
+    table = sweep_folder.results_table(done.planned, done.results)
+    table.attrs["folder"] = str(done.folder)
+    return table
+
+
+def _spelled(values: Any) -> str:
+    if isinstance(values, str):
+        return values
+    items: list[object] = list(values) if isinstance(values, tuple | list) else [values]  # type: ignore[unknown]
+    return ",".join(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
+
+
+def run_sweep(
+    request: SweepRequest, force: Workforce, out: Path | None, keep: Sequence[str], progress: Progress
+) -> Swept:
+    """Begin a sweep and run all its variants.
+
+    Args:
+        request: What was asked for.
+        force: Who works.
+        out: The folder, or None.
+        keep: The variants whose runs are kept.
+        progress: Receives reports.
+
+    Raises:
+        RequestError: As `sweep` does.
+    """
+    progress.now("getting ready")
+    with ExitStack() as working:
+        request = absolute(request)
+        planned = plan(request, progress)
+        ranking.kept(keep, {}, len(planned))
+        claimed = working.enter_context(sweep_folder.new_sweep(planned, out))
+        return _carried_out(claimed, planned, force, keep, progress)
+
+
+def go_on(folder: Path, force: Workforce, keep: Sequence[str], progress: Progress) -> Swept:
+    """Go on with a sweep that was stopped; its variants that are done are not run again.
+
+    Args:
+        folder: Its folder.
+        force: Who works.
+        keep: The variants whose runs are kept.
+        progress: Receives reports.
+
+    Raises:
+        RequestError: It is no folder of a sweep, or what it runs is not what it was.
+    """
+    progress.now("getting ready")
+    claimed, planned = sweep_folder.known_sweep(folder)
+    with claimed:
+        ranking.kept(keep, {}, len(planned))
+        return _carried_out(claimed, planned, force, keep, progress)
+
+
+def _carried_out(
+    claimed: ClaimedFolder, planned: SweepPlan, force: Workforce, keep: Sequence[str], progress: Progress
+) -> Swept:
+    folder = claimed.path
+    journal = folder / sweep_folder.DONE
+    task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options)
+    if force.is_here:
+        task = replace(task, journal=str(journal))
+    done = Swept(claimed.named, planned, sweep_folder.results_of(folder), is_whole=False, remarks=[*claimed.remarks])
+    tally = Tally(planned, done.results, time.monotonic)
+    progress.now(tally)
+    engine = Engine(task, force, journal)
+    try:
+        with engine.working():
+            for result in engine.run(iterate(planned, set(done.results))):
+                done.results[result.variant] = result
+                tally.note(result)
+        done.is_whole = len(done.results) == len(planned)
+        _keep(done, claimed.path, ranking.kept(keep, done.results, len(planned)), progress)
+    except KeyboardInterrupt:
+        sweep_folder.write_sweep(planned, folder, "interrupted")
+        return done
+    progress.now("writing the report")
+    _conclude(done, folder, tally)
+    return done
+
+
+def _conclude(done: Swept, folder: Path, tally: Tally) -> None:
+    from orchestrator.sweeping.report import write_report  # noqa: PLC0415 - matplotlib is slow to import
+
+    table = sweep_folder.results_table(done.planned, done.results)
+    write_report(done.planned, table, {n: path.name for n, path in done.kept.items()}, folder, tally.seconds)
+    sweep_folder.write_results(table, folder)
+    kept = {str(number): path.name for number, path in done.kept.items()}
+    sweep_folder.write_sweep(done.planned, folder, "finished", {"kept": kept, "seconds": round(tally.seconds, 3)})
+
+
+def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress) -> None:
+    """Run some variants once more, each into a run folder; the same values give the same rows."""
+    for i, number in enumerate(numbers, 1):
+        progress.now(f"keeping run {i} of {len(numbers)}: variant {number}")
+        options = done.planned.options_of(done.planned.variant(number))
+        there = folder / sweep_folder.RUNS / f"variant-{number}"
+        finished = execute(load(done.planned.request.scenario, options), there, SILENT, Execution(figures=False))
+        done.kept[number] = finished.folder
+
+
+class Tally:
+    """How a sweep goes, in a line whenever somebody asks.
+
+    Args:
+        planned: The sweep.
+        before: What was done before.
+        clock: Gives the time [s].
+    """
+
+    def __init__(self, planned: SweepPlan, before: Mapping[int, VariantResult], clock: Callable[[], float]) -> None:
+        self._count, self._before, self._clock = len(planned), len(before), clock
+        self._began = clock()
+        self._done, self._failed = len(before), sum(bool(r.fault) for r in before.values())
+        self._worst = min(before.values(), key=ranking.badness, default=None)
+
+    @property
+    def seconds(self) -> float:
+        """[s] The time since this part of the sweep began."""
+        return self._clock() - self._began
+
+    def note(self, result: VariantResult) -> None:
+        """Count a result."""
+        self._done += 1
+        self._failed += bool(result.fault)
+        if self._worst is None or ranking.badness(result) < ranking.badness(self._worst):
+            self._worst = result
+
+    def __call__(self) -> str:
+        """The line."""
+        text = f"{self._done} of {self._count} variants"
+        if self._failed:
+            text += f", {self._failed} with a fault"
+        if (new := self._done - self._before) and self.seconds > 0:
+            rate = new / self.seconds
+            text += f", {rate:.3g} per second, {_span((self._count - self._done) / rate)} left"
+        if self._worst is not None:
+            text += f"; worst so far: variant {self._worst.variant} ({ranking.in_words(self._worst)})"
+        return text
+
+
+def _span(seconds: float) -> str:
+    if seconds < 100:  # noqa: PLR2004 - until then seconds are read easily
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"  # noqa: PLR2004

@@ -1,0 +1,239 @@
+"""The folder of a sweep: what was asked, the values and results of all variants, the report, and kept runs.
+
+While a sweep goes on, every variant that is done has a line in a file of `DONE`; a sweep that was stopped goes on with
+those that have none. At the end they become the table `METRICS`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from components.interfaces.problem import Problem, raise_if_any, refuse
+from fmus.toolchain.version import Version
+from orchestrator.results.claimed_folder import ClaimedFolder, claim, reclaim
+from orchestrator.results.manifest import Contents, read_manifest, unfinished
+from orchestrator.results.provenance import now, versions
+from orchestrator.results.summary import units
+from orchestrator.scenario.options import Options
+from orchestrator.sweeping.plan import SweepPlan, SweepRequest, plan
+from orchestrator.sweeping.sampling import VARIANT
+from orchestrator.sweeping.variation import typed
+from orchestrator.sweeping.work import VariantResult, read_journal
+from orchestrator.system.experiment import Scenario
+
+if TYPE_CHECKING:  # slow to import, and only the name is needed
+    import pandas as pd
+
+SWEEP: Final = "sweep.json"
+SAMPLES_FILE: Final = "samples.parquet"
+METRICS: Final = "metrics.parquet"
+REPORT: Final = "report.html"
+DONE: Final = "done"
+"""The folder of what is done, while a sweep goes on."""
+RUNS: Final = "runs"
+"""The folder of the runs that are kept."""
+CONTENTS: Final = Contents("sweep", (SWEEP, SAMPLES_FILE, METRICS, REPORT, f"{DONE}/*.jsonl"), inner=(RUNS,))
+_BYTES: Final = 2000
+"""[byte] The room that a variant takes, while it is in the journal as well as in the table."""
+STATUS: Final = "status"
+FAULT: Final = "fault"
+CAUSE: Final = "cause"
+SECONDS: Final = "seconds"
+FINISHED: Final = "finished"
+
+
+def is_sweep(folder: Path) -> bool:
+    """Whether a folder is one of a sweep."""
+    return read_manifest(folder, CONTENTS) is not None
+
+
+def new_sweep(planned: SweepPlan, out: Path | None) -> ClaimedFolder:
+    """Make the folder of a sweep: `out`, or the next free `runs/NAME-sweep-N`.
+
+    Raises:
+        RequestError: Something else is in the way, another process writes there, or it has no room for the results.
+    """
+    claimed = claim(f"{planned.scenario.name}-sweep", out, CONTENTS)
+    try:
+        _check_room(claimed, len(planned))
+        (claimed.path / DONE).mkdir(exist_ok=True)
+        write_samples(planned, claimed.path)
+        write_sweep(planned, claimed.path, "running")
+    except BaseException:
+        claimed.abandon()
+        raise
+    return claimed
+
+
+def known_sweep(folder: Path) -> tuple[ClaimedFolder, SweepPlan]:
+    """The folder of a sweep that was stopped, and its plan.
+
+    Raises:
+        RequestError: It is no folder of a sweep, another process writes there, or its scenario is another one now.
+    """
+    claimed = reclaim(folder, CONTENTS)
+    try:
+        asked = _asked(folder)
+        planned = plan(asked["request"])
+        raise_if_any([*_changed(folder, asked["units"], planned.scenario), *_resampled(folder, planned)])
+        claimed.remarks += [
+            f"{folder}: was begun with {name} {old}, goes on with {new}"
+            for name, old in asked["versions"].items()
+            if (new := versions().get(name)) != old
+        ]
+        (claimed.path / DONE).mkdir(exist_ok=True)
+    except BaseException:
+        claimed.release()
+        raise
+    return claimed, planned
+
+
+def write_sweep(planned: SweepPlan, folder: Path, status: str, more: Mapping[str, Any] | None = None) -> None:
+    """Write `SWEEP`: what was asked, and with what it is run."""
+    request = planned.request
+    options = {name: value for name, value in asdict(request.options).items() if value != getattr(Options(), name)}
+    content = {
+        "status": status,
+        "request": {**{k: v for k, v in asdict(request).items() if k != "options"}, "options": _plain(options)},
+        "sampling": str(planned.sampling),
+        "variants": len(planned),
+        "varied": {v.path: {"values": v.text, "unit": _unit(planned, v.path)} for v in planned.variations},
+        "units": units(planned.scenario.system),
+        "versions": versions(),
+        "written": now(),
+        **(more or {}),
+    }
+    with unfinished(folder / SWEEP) as file:
+        file.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
+
+
+def write_samples(planned: SweepPlan, folder: Path) -> None:
+    """Write `SAMPLES_FILE`: the values of all variants."""
+    with unfinished(folder / SAMPLES_FILE) as file:
+        _samples(planned).to_parquet(file, index=False)
+
+
+def values_of(planned: SweepPlan) -> dict[str, list[Any]]:
+    """The values of all variants, by path, as numbers where they are numbers."""
+    return {path: typed(values, planned.quantities[path]) for path, values in planned.columns.items()}
+
+
+def results_table(planned: SweepPlan, results: Mapping[int, VariantResult]) -> pd.DataFrame:
+    """A row for each variant that is done: its values, metrics, verdicts, fault and time."""
+    import pandas as pd  # noqa: PLC0415 - slow to import, and most of macrostep does without
+
+    numbers = sorted(results)
+    done = [results[n] for n in numbers]
+    columns: dict[str, Any] = {VARIANT: numbers}
+    columns |= {path: [values[n] for n in numbers] for path, values in values_of(planned).items()}
+    columns[STATUS] = [FINISHED if not r.fault else FAULT for r in done]
+    for name in _names(r.verdicts for r in done):
+        columns[name] = pd.array([r.verdicts.get(name) for r in done], dtype="boolean")
+    for name in _names(r.metrics for r in done):
+        columns[name] = [r.metrics.get(name, float("nan")) for r in done]
+    columns[FAULT] = [r.fault for r in done]
+    columns[CAUSE] = [r.cause for r in done]
+    columns[SECONDS] = [r.seconds for r in done]
+    return pd.DataFrame(columns)
+
+
+def write_results(table: pd.DataFrame, folder: Path) -> None:
+    """Write `METRICS`, and remove the journal, which it replaces."""
+    with unfinished(folder / METRICS) as file:
+        table.to_parquet(file, index=False)
+    for file in (folder / DONE).glob("*.jsonl"):
+        file.unlink()
+    (folder / DONE).rmdir()
+
+
+def read_results(folder: Path) -> pd.DataFrame:
+    """Read `METRICS`. Raises `RequestError` where the sweep has not ended."""
+    import pandas as pd  # noqa: PLC0415
+
+    try:
+        return pd.read_parquet(folder / METRICS)
+    except FileNotFoundError:
+        remedy = f"Go on with it: macrostep sweep {folder}"
+        raise refuse(str(folder), "a sweep that was stopped", "a sweep that has ended", remedy) from None
+    except (OSError, ValueError) as error:
+        raise refuse(f"{folder}/{METRICS}", f"a damaged file ({error})", "the table of a sweep") from None
+
+
+def results_of(folder: Path) -> dict[int, VariantResult]:
+    """What is done in a sweep that goes on."""
+    return read_journal(folder / DONE)
+
+
+def _names(entries: Any) -> list[str]:
+    return list(dict.fromkeys(name for one in entries for name in one))
+
+
+def _check_room(claimed: ClaimedFolder, count: int) -> None:
+    import shutil  # noqa: PLC0415
+
+    free = shutil.disk_usage(claimed.path).free
+    if count * _BYTES > free:
+        found = f"{free / 1e6:.0f} MB of room for {count} variants"
+        raise refuse(str(claimed.named), found, f"{count * _BYTES / 1e6:.0f} MB", "Choose another folder with --out.")
+
+
+def _asked(folder: Path) -> dict[str, Any]:
+    """What was asked for, as `SWEEP` says it."""
+    where = f"{folder}/{SWEEP}"
+    try:
+        content: dict[str, Any] = json.loads((folder / SWEEP).read_text("utf-8"))
+        request = dict(content["request"])
+        options = dict(request.pop("options"))
+        if (mode := options.get("mode")) not in (None, "blocks"):
+            options["mode"] = Version(mode)
+        request |= {"vary": tuple(request["vary"]), "options": Options(**options)}
+        return {**content, "request": SweepRequest(**request)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise refuse(where, f"a file that says not what was asked ({error})", "the file of a sweep") from None
+
+
+def _changed(folder: Path, then: Mapping[str, Any], scenario: Scenario) -> Sequence[Problem]:
+    """What is not as it was when the sweep began."""
+    present = units(scenario.system)
+    if then.keys() != present.keys():
+        return [Problem(str(folder), f"the units {', '.join(present)}", f"{', '.join(then)}, as it began")]
+    return [
+        Problem(f"{folder}: {name}", "another file than the one that it began with", "the same file", "Begin anew.")
+        for name, now_ in present.items()
+        if now_.get("sha256") != then[name].get("sha256")
+    ]
+
+
+def _resampled(folder: Path, planned: SweepPlan) -> Iterator[Problem]:
+    """The problem of values that are not those that the sweep began with."""
+    import pandas as pd  # noqa: PLC0415
+
+    try:
+        then = pd.read_parquet(folder / SAMPLES_FILE)
+    except (OSError, ValueError) as error:
+        raise refuse(f"{folder}/{SAMPLES_FILE}", f"a file that cannot be read ({error})", "that of a sweep") from None
+    if not _samples(planned).equals(then):
+        yield Problem(
+            f"{folder}/{SAMPLES_FILE}", "other values than are asked for now", "the same values", "Begin anew."
+        )
+
+
+def _samples(planned: SweepPlan) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415
+
+    table = pd.DataFrame(values_of(planned))
+    table.insert(0, VARIANT, range(len(planned)))
+    return table
+
+
+def _unit(planned: SweepPlan, path: str) -> str:
+    quantity = planned.quantities[path]
+    return "" if quantity is None else quantity.unit
+
+
+def _plain(options: Mapping[str, Any]) -> dict[str, Any]:
+    return json.loads(json.dumps(options, default=str))

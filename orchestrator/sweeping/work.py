@@ -1,0 +1,287 @@
+"""The work on variants, which is one function in every thread, process or cluster worker: `run_batch`.
+
+What is needed for a sweep is prepared once in each process: the scenario is loaded, its simulations are opened, and
+then reset for each variant. A variant that ends in a fault is a result with a fault, and costs no other.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from components.interfaces.problem import RequestError, raise_if_any
+from components.interfaces.record import variables
+from fmus.toolchain.compiler import BuildError
+from orchestrator.loading import load
+from orchestrator.results.metrics import Chosen
+from orchestrator.results.summary import measured
+from orchestrator.scenario.options import Options
+from orchestrator.scenario.resolution import Setting, resolve
+from orchestrator.scenario.settings import parse_settings
+from orchestrator.stepping.master import Simulation, SimulationError
+from orchestrator.stepping.simulation_pool import SimulationPool
+from orchestrator.stepping.whole_run import simulation_of
+from orchestrator.sweeping.plan import Variant, options_of
+from orchestrator.system.experiment import Scenario
+from orchestrator.system.files import Given
+from orchestrator.system.named_variables import named
+from orchestrator.system.scene import Scene
+from orchestrator.system.source import UnitSource
+
+_ID: Final = uuid.uuid4().hex
+"""Names this process, also among those of other machines, and those that had its number before."""
+
+
+class VariantResult(msgspec.Struct, frozen=True):
+    """What came of a variant."""
+
+    variant: int
+    seconds: float
+    """[s] The wall time that it took."""
+    metrics: dict[str, float]
+    verdicts: dict[str, bool]
+    fault: str = ""
+    """What ended it before its stop time, or why it did not begin; empty if nothing did."""
+    cause: str = ""
+    """The kind of the fault, by which faults are grouped: the reason without the time."""
+
+
+@dataclass(frozen=True)
+class SweepTask:
+    """What a worker has to know of a sweep."""
+
+    key: str
+    """Names the sweep."""
+    scenario: str
+    """What is run; a file by its absolute path."""
+    options: Options
+    """What is changed in all variants."""
+    journal: str | None = None
+    """The folder in which a worker writes what is done, before it reports; None where it cannot be reached."""
+
+
+def run_batch(task: SweepTask, variants: Sequence[Variant]) -> list[VariantResult]:
+    """Run some variants, one after the other.
+
+    Args:
+        task: The sweep.
+        variants: The variants.
+
+    Returns:
+        Their results, in the same order; each is in the journal when the next one begins.
+    """
+    runner = _runner(task)
+    results: list[VariantResult] = []
+    for variant in variants:
+        results.append(runner.run(variant))
+        if task.journal is not None:
+            write_journal(Path(task.journal), results[-1:])
+    return results
+
+
+def begin(task: SweepTask) -> None:
+    """Prepare a worker, so that its first variant does not wait for it; whatever is wrong shows with the variants."""
+    _runner(task)
+
+
+def leave_signals() -> None:
+    """Leave Ctrl-C to the process that asked for the sweep: it ends its workers in order."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def write_journal(folder: Path, results: Sequence[VariantResult]) -> None:
+    """Add results to what this thread has done, in a file of its own; a line is there as a whole, or does not count."""
+    file = folder / f"{_ID}-{os.getpid()}-{threading.get_ident()}.jsonl"
+    with file.open("ab", buffering=0) as stream:
+        stream.write(b"".join(msgspec.json.encode(result) + b"\n" for result in results))
+
+
+def read_journal(folder: Path) -> dict[int, VariantResult]:
+    """All results in a journal, by the number of the variant.
+
+    Args:
+        folder: The folder; a line that a killed process has left incomplete is no result.
+    """
+    found: dict[int, VariantResult] = {}
+    decoder = msgspec.json.Decoder(VariantResult)
+    for file in sorted(folder.glob("*.jsonl")):
+        for line in file.read_bytes().splitlines(keepends=True):
+            if not line.endswith(b"\n"):
+                continue
+            try:
+                result = decoder.decode(line)
+            except msgspec.DecodeError:
+                continue
+            found.setdefault(result.variant, result)
+    return found
+
+
+_RUNNERS: Final[dict[str, _Runner]] = {}
+_STARTING: Final = threading.Lock()
+
+
+def _runner(task: SweepTask) -> _Runner:
+    with _STARTING:
+        if task.key not in _RUNNERS:
+            for runner in _RUNNERS.values():  # a cluster's workers outlive sweeps
+                runner.close()
+            _RUNNERS.clear()
+            _RUNNERS[task.key] = _Runner(task)
+        return _RUNNERS[task.key]
+
+
+class _Runner:
+    """Runs the variants of one sweep in this process."""
+
+    def __init__(self, task: SweepTask) -> None:
+        self._task = task
+        self._prepared: dict[tuple[tuple[str, str], ...], _Prepared] = {}
+        self._preparing = threading.Lock()
+
+    def run(self, variant: Variant) -> VariantResult:
+        began = time.perf_counter()
+
+        def result(measured: Mapping[str, Any], fault: str = "", cause: str = "") -> VariantResult:
+            return VariantResult(
+                variant.number,
+                time.perf_counter() - began,
+                measured.get("metrics", {}),
+                measured.get("verdicts", {}),
+                fault,
+                cause or fault,
+            )
+
+        try:
+            content, ended = self._simulated(variant)
+        except RequestError as error:
+            return result({}, f"refused: {error}".replace("\n", "; "))
+        except BuildError as error:
+            return result({}, f"not built: {error}")
+        except SimulationError as error:  # a unit that cannot be opened or initialised
+            return result({}, str(error), _cause(error))
+        return result(content) if ended is None else result(content, str(ended), _cause(ended))
+
+    def close(self) -> None:
+        """Close all simulations that are open."""
+        for prepared in self._prepared.values():
+            prepared.pool.close()
+
+    def _simulated(self, variant: Variant) -> tuple[dict[str, Any], SimulationError | None]:
+        prepared = self._prepare(variant.fillings)
+        changes = prepared.changes(variant.settings)
+        if changes is None:  # the file of a unit has to be looked at again
+            scenario = load(self._task.scenario, options_of(self._task.options, variant))
+            with simulation_of(scenario) as simulation:
+                return _run(scenario, simulation)
+        values, scene = changes
+        with prepared.pool.simulation(values) as simulation:
+            return _run(replace(prepared.scenario, system=simulation.system, scene=scene), simulation)
+
+    def _prepare(self, fillings: Mapping[str, str]) -> _Prepared:
+        key = tuple(sorted(fillings.items()))
+        with self._preparing:
+            if key not in self._prepared:
+                options = options_of(self._task.options, Variant(0, (), fillings))
+                self._prepared[key] = _Prepared(load(self._task.scenario, options))
+            return self._prepared[key]
+
+
+def _run(scenario: Scenario, simulation: Simulation) -> tuple[dict[str, Any], SimulationError | None]:
+    ended: SimulationError | None = None
+    try:
+        simulation.run()
+    except SimulationError as error:
+        ended = error
+    if simulation.log.kept == 0:
+        return {}, ended
+    rows = Chosen(simulation.columns(), ("time", *simulation.log.at_every_tick))
+    return measured(scenario, rows), ended
+
+
+def _cause(error: SimulationError) -> str:
+    return f"{error.unit}: {error.reason}" if error.unit else error.reason
+
+
+class _Prepared:
+    """A scenario whose simulations stay open."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.pool = SimulationPool(lambda: simulation_of(scenario))
+        self._known = {
+            name: named(source.interface.parameters)
+            for name, source in scenario.system.units.items()
+            if source.mapping_text() is None
+        }
+
+    def changes(self, texts: Sequence[str]) -> tuple[dict[str, Any], Scene | None] | None:
+        """The values that settings change, by full path, and the scene.
+
+        Args:
+            texts: The settings, as `--set` takes them.
+
+        Returns:
+            None where a setting is more than another value of a parameter: of a unit that is mapped, a start value, or
+            a length.
+
+        Raises:
+            RequestError: A setting does not fit.
+        """
+        values: dict[str, Any] = {}
+        scene = self.scenario.scene
+        for unit, settings in parse_settings(texts, any_unit=True).items():
+            if not settings:
+                continue
+            if unit == "scene" and unit not in self.scenario.system.units:
+                resolution = resolve(unit, variables(Scene), settings=settings)
+                raise_if_any(resolution.problems)
+                scene = replace(scene, **resolution.values) if scene is not None else None
+                continue
+            source, known = self.scenario.system.units[unit], self._known.get(unit)
+            if known is None or not all(_is_plain(setting, source, known) for setting in settings):
+                return None
+            resolution = resolve(
+                unit, source.interface.parameters, given=self._given(unit, settings), settings=settings
+            )
+            raise_if_any(resolution.problems)
+            values |= {f"{unit}.{name}": value for name, value in resolution.values.items()}
+        return values, scene
+
+    def _given(self, unit: str, settings: Sequence[Setting]) -> dict[str, Given]:
+        """The values before, of arrays of which a setting changes a part."""
+        given: dict[str, Given] = {}
+        for setting in settings:
+            if meant := setting.means(self._known[unit]):
+                name = meant[0].variable.name
+                told = self.scenario.sources.get(f"{unit}.{name}")
+                if told is not None and meant[0].variable.shape:
+                    given[name] = Given(**told)
+        return given
+
+
+def _is_plain(setting: Setting, source: UnitSource, known: Mapping[str, Any]) -> bool:
+    """Whether a setting is another value of a parameter, and no more."""
+    meant = setting.means(known)
+    return meant is not None and meant[0].variable.name not in source.structural
+
+
+def in_batches(variants: Iterator[Variant], size: Callable[[], int]) -> Iterator[list[Variant]]:
+    """Variants in batches, each as large as `size` says when it begins."""
+    batch: list[Variant] = []
+    wanted = size()
+    for variant in variants:
+        batch.append(variant)
+        if len(batch) >= wanted:
+            yield batch
+            batch, wanted = [], size()
+    if batch:
+        yield batch
