@@ -59,6 +59,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     """
     metrics: dict[str, float] = {}
     left = departure_of(frame, buses, scene)
+    known = _Finiteness(frame)
     for family, records in (
         (_motion, ()),
         (_acceleration, (Motion,)),
@@ -70,7 +71,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
         (_corridor, (Plan,)),
         (_solver, (Solver,)),
     ):
-        rows = _FiniteRows(frame, [buses[r] for r in (VehicleState, *records) if r in buses], left and left.row)
+        rows = known.rows([buses[r] for r in (VehicleState, *records) if r in buses], left and left.row)
         if len(rows["time"]):
             metrics |= family(rows, buses)
     if left is not None and not scene.y_right - BESIDE_ROAD <= left.y <= scene.y_left + BESIDE_ROAD:
@@ -147,18 +148,19 @@ def _obstacle_gap(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, floa
     parts = [columns(frame, signal_path(buses, ObstacleList, s), SLOTS) for s in _BOX]
     # what is not there may have any place, or none
     known = (~valid | np.isfinite(np.stack(parts)).all(axis=0)).all(axis=1)
-    gaps = _obstacle_gaps(_ego_boxes(frame, buses, scene)[known], valid[known], [part[known] for part in parts])
-    return {"gap_obstacle": float(gaps.min())} if len(gaps) else {}
+    gap = _obstacle_gap_of(_ego_boxes(frame, buses, scene)[known], valid[known], np.stack(parts, axis=2)[known])
+    return {"gap_obstacle": gap} if known.any() else {}
 
 
-def _obstacle_gaps(ego: Array, valid: NDArray[np.bool_], parts: list[Array]) -> Array:
-    """Least distance [m] of the box in each row of `ego` to that of any valid obstacle; infinite without obstacles."""
-    nearest = np.full(len(ego), np.inf)
-    for slot in np.flatnonzero(valid.any(axis=0)):
-        here = valid[:, slot]
-        boxes = np.stack([part[here, slot] for part in parts], axis=1)
-        nearest[here] = np.minimum(nearest[here], box_distance(ego[here], boxes))
-    return nearest
+def _obstacle_gap_of(ego: Array, valid: NDArray[np.bool_], boxes: Array) -> float:
+    """Least distance [m] of the boxes `ego` `(n, 5)` to the obstacles `(n, slots, 5)` of their rows; else infinity."""
+    rows, slots = np.nonzero(valid)
+    mine, theirs = ego[rows], boxes[rows, slots]
+    apart = np.hypot(*(mine[:, :2] - theirs[:, :2]).T)
+    around = 0.5 * (np.hypot(*mine[:, 3:].T) + np.hypot(*theirs[:, 3:].T))
+    # Two boxes are no nearer than the circles around them, and no further apart than their centres.
+    near = apart - around <= apart.min(initial=np.inf)
+    return float(box_distance(mine[near], theirs[near]).min(initial=np.inf))
 
 
 def _path_error(frame: Frame, buses: BusPaths) -> Array | None:
@@ -260,25 +262,45 @@ class Chosen(Mapping[str, Any]):
         return len(self._names)
 
 
-class _FiniteRows(Mapping[str, NDArray[Any]]):
-    """The rows before one in which all numbers of some buses are finite; columns are taken when they are asked for."""
+class _Finiteness:
+    """Which numbers of a run are finite, of which each column is looked at once."""
 
-    def __init__(self, frame: Frame, buses: Iterable[str], until: int | None) -> None:
+    def __init__(self, frame: Frame) -> None:
         self._frame = frame
         self._names = dict.fromkeys(map(str, frame))
-        finite = np.ones(len(frame["time"]), dtype=bool)
+        self._known: dict[str, NDArray[np.bool_] | None] = {}
+
+    def rows(self, buses: Iterable[str], until: int | None) -> _FiniteRows:
+        """The rows before one in which all numbers of some buses are finite."""
         beginnings = tuple(f"{bus}." for bus in buses)
-        for name in self._names:
-            if name.startswith(beginnings):
-                values = np.asarray(frame[name])
-                if values.dtype.kind == "f":  # the others are finite, or no numbers
-                    finite &= np.isfinite(values)
+        wrong = [here for n in self._names if n.startswith(beginnings) and (here := self._finite(n)) is not None]
+        if until is None and not wrong:
+            return _FiniteRows(self._frame, self._names, None)
+        finite = np.ones(len(self._frame["time"]), dtype=bool)
+        for here in wrong:
+            finite &= here
         if until is not None:
             finite[until:] = False
-        self._finite = finite
+        return _FiniteRows(self._frame, self._names, finite)
+
+    def _finite(self, name: str) -> NDArray[np.bool_] | None:
+        """Which numbers of a column are finite; None where all are."""
+        if name not in self._known:
+            values = np.asarray(self._frame[name])
+            finite = np.isfinite(values) if values.dtype.kind == "f" else None  # the others are, or are no numbers
+            self._known[name] = None if finite is None or finite.all() else finite
+        return self._known[name]
+
+
+class _FiniteRows(Mapping[str, NDArray[Any]]):
+    """Some rows; columns are taken when they are asked for."""
+
+    def __init__(self, frame: Frame, names: Mapping[str, None], finite: NDArray[np.bool_] | None) -> None:
+        self._frame, self._names, self._finite = frame, names, finite
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return np.asarray(self._frame[name])[self._finite]
+        values = np.asarray(self._frame[name])
+        return values if self._finite is None else values[self._finite]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)

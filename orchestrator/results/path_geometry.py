@@ -97,9 +97,11 @@ def path_error(waypoints_x: Array, waypoints_y: Array, x: Array, y: Array) -> Ar
     """
     known = np.isfinite(x) & np.isfinite(y)
     x, y = np.where(known, x, 0.0), np.where(known, y, 0.0)
-    arcs, lines = _dubins(waypoints_x, waypoints_y), _lines(waypoints_x, waypoints_y)
-    errors = [_nearest(pieces.offsets(x, y)) for pieces in (arcs, lines)]
-    return np.where(known, np.where(_is_dubins(arcs, waypoints_x, waypoints_y), *errors), np.nan)
+    arcs = _dubins(waypoints_x, waypoints_y)
+    errors, is_dubins = _nearest(arcs.offsets(x, y)), _is_dubins(arcs, waypoints_x, waypoints_y)
+    if not is_dubins.all():
+        errors = np.where(is_dubins, errors, _nearest(_lines(waypoints_x, waypoints_y).offsets(x, y)))
+    return np.where(known, errors, np.nan)
 
 
 def path_lines(waypoints_x: Array, waypoints_y: Array) -> list[Array]:
