@@ -13,7 +13,7 @@ from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping.plan import SweepPlan
 from orchestrator.sweeping.sampling import VARIANT
-from orchestrator.sweeping.sweep_folder import CAUSE, FAULT, FINISHED, SECONDS, STATUS
+from orchestrator.sweeping.sweep_folder import CAUSE, FINISHED, STATUS, metric_names, verdict_names
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -47,17 +47,6 @@ class Group:
 
     cause: str
     variants: tuple[int, ...]
-
-
-def verdict_names(table: pd.DataFrame) -> list[str]:
-    """The verdicts of a table of results."""
-    return [name for name in table.columns if str(table[name].dtype) == "boolean"]
-
-
-def metric_names(planned: SweepPlan, table: pd.DataFrame) -> list[str]:
-    """The metrics of a table of results."""
-    others = {VARIANT, STATUS, FAULT, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
-    return [name for name in table.columns if name not in others]
 
 
 def shown_metrics(planned: SweepPlan, table: pd.DataFrame) -> dict[str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
 
@@ -109,38 +109,47 @@ def plan(request: SweepRequest, progress: Progress = SILENT) -> SweepPlan:
     Raises:
         RequestError: Something is wrong with it; the error has all problems.
     """
-    if request.seed < 0:
-        raise refuse("--seed", f"{request.seed}", "a whole number, 0 or more")
     wrong = Gathered()
+    if request.seed < 0:
+        wrong.problems.append(Problem("--seed", f"{request.seed}", "a whole number, 0 or more"))
+    texts, columns = _asked(request, wrong)
+    scenarios = wrong.attempt(
+        lambda: _scenarios(request, {p: texts[p] for p in texts if p in SOCKETS}, progress), list[Scenario]()
+    )
+    quantities: dict[str, Quantity | None] = {}
+    variations: list[Variation] = []
+    for path, text in texts.items() if scenarios else ():
+        found = wrong.attempt(lambda path=path: [_quantity(path, scenarios)], list[Quantity | None]())
+        for quantity in found:  # it is one, or there is none
+            quantities[path] = quantity
+            read = partial(_variation, path, text, quantity, from_table=bool(columns))
+            variations += wrong.attempt(lambda read=read: [read()], list[Variation]())
+    everything = bool(texts) and len(variations) == len(texts)
+    sampling = wrong.attempt(lambda: read_sampling(request.samples, request.grid, variations), None)
+    if sampling is not None and everything:
+        columns = columns or sampled(sampling, variations, request.seed)
+        wrong.problems += [p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path])]
+    raise_if_any(dict.fromkeys(wrong.problems))
+    assert sampling is not None  # noqa: S101 - it would be a problem
+    return SweepPlan(request, sampling, tuple(variations), columns, quantities, scenarios[0])
+
+
+def _asked(request: SweepRequest, wrong: Gathered) -> tuple[dict[str, str], Columns]:
+    """What varies, as far as it can be read; and the values where a table has them."""
     pairs = [pair for text in request.vary if (pair := wrong.attempt(lambda text=text: split(text), None))]
     wrong.problems += twice(pairs)
-    from_table = request.samples is not None and request.samples.endswith((".csv", ".parquet"))
-    columns: Columns = {}
-    if from_table:
+    if request.samples is not None and request.samples.endswith((".csv", ".parquet")):
         if pairs:
             wrong.problems.append(Problem(VARY, f"it beside the table {request.samples}", "one of them"))
-        columns = wrong.attempt(lambda: sampled(read_sampling(request.samples, request.grid, ()), (), 0), columns)
-    elif not request.vary:
-        remedy = "Try --vary plant.m=1500:2500."
-        wrong.problems.append(Problem(VARY, "nothing that varies", "PATH=VALUES", remedy))
-    raise_if_any(wrong.problems)
-    texts = {path: ",".join(dict.fromkeys(values)) for path, values in columns.items()} or dict(pairs)
-    scenarios = _scenarios(request, {p: texts[p] for p in texts if p in SOCKETS}, progress)
-    quantities = {path: wrong.attempt(lambda path=path: _quantity(path, scenarios), None) for path in texts}
-    raise_if_any(wrong.problems)
-    found = [
-        wrong.attempt(lambda path=path: _variation(path, texts[path], quantities[path], from_table), None)
-        for path in texts
-    ]
-    variations = tuple(one for one in found if one is not None)
-    raise_if_any(wrong.problems)
-    sampling = read_sampling(request.samples, request.grid, variations)
-    columns = columns or sampled(sampling, variations, request.seed)
-    raise_if_any(p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path]))
-    return SweepPlan(request, sampling, variations, columns, quantities, scenarios[0])
+        nothing: Columns = {}
+        columns = wrong.attempt(lambda: sampled(read_sampling(request.samples, request.grid, ()), (), 0), nothing)
+        return {path: ",".join(dict.fromkeys(values)) for path, values in columns.items()}, columns
+    if not request.vary:
+        wrong.problems.append(Problem(VARY, "nothing that varies", "PATH=VALUES", "Try --vary plant.m=1500:2500."))
+    return dict(pairs), {}
 
 
-def _variation(path: str, text: str, quantity: Quantity | None, from_table: bool) -> Variation:  # noqa: FBT001
+def _variation(path: str, text: str, quantity: Quantity | None, *, from_table: bool) -> Variation:
     if from_table:  # whose values are looked at one by one
         return Variation(path, text, tuple(text.split(",")))
     return variation(path, text, quantity)

@@ -146,7 +146,9 @@ def _carried_out(
     task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options)
     if force.is_here:
         task = replace(task, journal=str(journal))
-    done = Swept(claimed.named, planned, sweep_folder.results_of(folder), is_whole=False, remarks=[*claimed.remarks])
+    done = Swept(
+        claimed.named, planned, sweep_folder.results_of(folder, planned), is_whole=False, remarks=[*claimed.remarks]
+    )
     tally = Tally(planned, done.results, time.monotonic)
     progress.now(tally)
     engine = Engine(task, force, journal)

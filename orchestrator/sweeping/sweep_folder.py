@@ -12,6 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from fmus.toolchain.version import Version
 from orchestrator.results.claimed_folder import ClaimedFolder, claim, reclaim
@@ -163,9 +165,33 @@ def read_results(folder: Path) -> pd.DataFrame:
         raise refuse(f"{folder}/{METRICS}", f"a damaged file ({error})", "the table of a sweep") from None
 
 
-def results_of(folder: Path) -> dict[int, VariantResult]:
-    """What is done in a sweep that goes on."""
-    return read_journal(folder / DONE)
+def results_of(folder: Path, planned: SweepPlan) -> dict[int, VariantResult]:
+    """What is done in a sweep that goes on, or that has ended, by the number of the variant."""
+    known = read_journal(folder / DONE)
+    return known | (_results_in(read_results(folder), planned) if (folder / METRICS).is_file() else {})
+
+
+def _results_in(table: pd.DataFrame, planned: SweepPlan) -> dict[int, VariantResult]:
+    """The results that a table was made from."""
+    verdicts, metrics = verdict_names(table), metric_names(planned, table)
+    found: dict[int, VariantResult] = {}
+    for row in table.to_dict("records"):
+        number = int(row[VARIANT])
+        measured = {name: float(row[name]) for name in metrics if row[name] == row[name]}  # noqa: PLR0124 - no NaN
+        kept = {name: bool(row[name]) for name in verdicts if isinstance(row[name], bool | np.bool_)}
+        found[number] = VariantResult(number, float(row[SECONDS]), measured, kept, str(row[FAULT]), str(row[CAUSE]))
+    return found
+
+
+def verdict_names(table: pd.DataFrame) -> list[str]:
+    """The verdicts of a table of results."""
+    return [str(name) for name in table.columns if str(table[name].dtype) == "boolean"]
+
+
+def metric_names(planned: SweepPlan, table: pd.DataFrame) -> list[str]:
+    """The metrics of a table of results."""
+    others = {VARIANT, STATUS, FAULT, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
+    return [str(name) for name in table.columns if name not in others]
 
 
 def _names(entries: Any) -> list[str]:
