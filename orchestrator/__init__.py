@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from orchestrator.stepping.simulation_pool import SimulationPool
     from orchestrator.stepping.snapshot import Snapshot
     from orchestrator.stepping.whole_run import simulate
+    from orchestrator.sweeping.sweep import sweep
     from orchestrator.system.experiment import Algorithm, Scenario
     from orchestrator.system.scene import Scene
     from orchestrator.system.shown import shown
@@ -59,6 +60,7 @@ __all__ = [
     "run",
     "shown",
     "simulate",
+    "sweep",
 ]
 
 __getattr__, __dir__ = facade(
@@ -79,6 +81,7 @@ __getattr__, __dir__ = facade(
         "orchestrator.stepping.simulation_pool": ("SimulationPool",),
         "orchestrator.stepping.snapshot": ("Snapshot",),
         "orchestrator.stepping.whole_run": ("simulate",),
+        "orchestrator.sweeping.sweep": ("sweep",),
         "orchestrator.system.experiment": ("Algorithm", "Scenario"),
         "orchestrator.system.scene": ("Scene",),
         "orchestrator.system.shown": ("shown",),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import typer
 
@@ -21,53 +22,74 @@ SWEEP_OPTIONS: Final = tuple(name for name in RUN_OPTIONS if name != "record")
 """The shared options that the subcommand takes."""
 
 
+_Request: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="What `macrostep run` takes; or the folder of a sweep that was stopped, to go on with it.",
+        autocompletion=shell_completion.runnable,
+    ),
+]
+_Vary: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATH=VALUES",
+        help="What varies: `plant.m=1500:2500`, `controller.b_3=log:1e-3:1e-1`, `plant.mu=0.3,0.6`,"
+        " `plant.mu=normal:0.8,0.1`, `plant=bicycle,MyVehicle.fmu`. Repeatable.",
+    ),
+]
+_Samples: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="KIND:N",
+        help="How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64` (for Sobol indices),"
+        " or a table FILE.csv with a column for each path.",
+    ),
+]
+_Grid: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="N", help="Every combination of N values of each; `20,5`: one number for each."),
+]
+_Find: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="WHAT",
+        help="Look for failures in place of samples: `gap_edge < 0`, `mu_r_max > 1`, `not inside_road`, `fault`.",
+    ),
+]
+_Budget: TypeAlias = Annotated[
+    str, typer.Option(metavar="TIME", help="How long failures are looked for: `60s`, `10min`, or N variants.")
+]
+_Seed: TypeAlias = Annotated[int, typer.Option(metavar="S", help="Which values are drawn.")]
+_On: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="WHERE", help="Who works: `processes` (the usual), `threads`, or a Dask cluster tcp://..."),
+]
+_Jobs: TypeAlias = Annotated[
+    int | None, typer.Option(metavar="N", help="How many work at once; one per core if not given.")
+]
+_Keep: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(metavar="WHICH", help="Runs that are kept: `worst:10`, or numbers. The three worst if not given."),
+]
+_Folder: TypeAlias = Annotated[
+    Path | None, typer.Option("--out", help="Folder of the sweep; the next free runs/NAME-sweep-N if not given.")
+]
+
+
 def sweep(  # noqa: PLR0913 - one parameter per option of the command
-    request: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="What `macrostep run` takes; or the folder of a sweep that was stopped, to go on with it.",
-            autocompletion=shell_completion.runnable,
-        ),
-    ],
+    request: _Request,
     options: Options,
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PATH=VALUES",
-            help="What varies: `plant.m=1500:2500`, `controller.b_3=log:1e-3:1e-1`, `plant.mu=0.3,0.6`,"
-            " `plant.mu=normal:0.8,0.1`, `plant=bicycle,MyVehicle.fmu`. Repeatable.",
-        ),
-    ] = None,
-    samples: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KIND:N",
-            help="How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64` (for Sobol indices),"
-            " or a table FILE.csv with a column for each path.",
-        ),
-    ] = None,
-    grid: Annotated[
-        str | None,
-        typer.Option(metavar="N", help="Every combination of N values of each; `20,5`: one number for each."),
-    ] = None,
-    seed: Annotated[int, typer.Option(metavar="S", help="Which values are drawn.")] = 0,
-    on: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WHERE", help="Who works: `processes` (the usual), `threads`, or a Dask cluster tcp://..."
-        ),
-    ] = None,
-    jobs: Annotated[
-        int | None, typer.Option(metavar="N", help="How many work at once; one per core if not given.")
-    ] = None,
-    keep: Annotated[
-        list[str] | None,
-        typer.Option(metavar="WHICH", help="Runs that are kept: `worst:10`, or numbers. The three worst if not given."),
-    ] = None,
-    folder: Annotated[
-        Path | None, typer.Option("--out", help="Folder of the sweep; the next free runs/NAME-sweep-N if not given.")
-    ] = None,
+    vary: _Vary = None,
+    samples: _Samples = None,
+    grid: _Grid = None,
+    find: _Find = None,
+    budget: _Budget = "60s",
+    seed: _Seed = 0,
+    on: _On = None,
+    jobs: _Jobs = None,
+    keep: _Keep = None,
+    folder: _Folder = None,
 ) -> None:
     """Run many variants of a scenario, on all cores or on a cluster, and say what decides how they end.
 
@@ -83,22 +105,11 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
 
         kept = tuple(keep) if keep is not None else sweeping.WORST
         if is_sweep(Path(request)):
-            asked: dict[str, object] = {
-                "--vary": vary,
-                "--samples": samples,
-                "--grid": grid,
-                "--seed": seed,
-                "--out": folder,
-            }
-            asked["other options"] = None if options == UNCHANGED else options
-            raise_if_any(
-                Problem(name, "it for a sweep that has begun", "only --on, --jobs and --keep")
-                for name, value in asked.items()
-                if value
-            )
+            asked = {"--vary": vary, "--samples": samples, "--grid": grid, "--find": find, "--seed": seed}
+            _refuse({**asked, "--out": folder, "other options": None if options == UNCHANGED else options})
             done = sweeping.go_on(Path(request), workforce(on, jobs), kept, progress)
         else:
-            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed, options)
+            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed, find, budget, options)
             done = sweeping.run_sweep(wanted, workforce(on, jobs), folder, kept, progress)
     print_notes(dict.fromkeys((*done.remarks, *done.planned.scenario.remarks)))
     if not done.is_whole:
@@ -106,6 +117,12 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
         err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
         raise typer.Exit(INTERRUPTED)
     _print(done)
+
+
+def _refuse(asked: Mapping[str, object]) -> None:
+    """Refuse what cannot be asked of a sweep that has begun. Raises `RequestError`."""
+    valid = "only --on, --jobs and --keep"
+    raise_if_any(Problem(name, "it for a sweep that has begun", valid) for name, value in asked.items() if value)
 
 
 def _print(done: Swept) -> None:
@@ -119,7 +136,28 @@ def _print(done: Swept) -> None:
     for share in (share for share in findings.shares(table) if share.known):
         interval = f"{100 * share.low:.1f} to {100 * share.high:.1f} %"
         out.print(f"  {share.name:24}{100 * share.value:.1f} %  ({share.holds} of {share.known}; 95 %: {interval})")
+    if done.planned.request.find is not None:
+        _print_found(done)
+        return
     worst = min(done.results.values(), key=badness)
     out.print(f"  {'worst':24}variant {worst.variant}: {in_words(worst)}")
+    _print_folder(done)
+
+
+def _print_found(done: Swept) -> None:
+    """Print which failures a search has found."""
+    from orchestrator.sweeping.ranking import in_words  # noqa: PLC0415
+
+    kinds = f"{len(done.found)} kinds of failure" if len(done.found) != 1 else "one kind of failure"
+    out.print(f"{done.planned.request.find}: {kinds}", style="bold")
+    told = [(number, "") for number in done.found]
+    told += [(done.mildest, ", the mildest")] if done.mildest is not None else []
+    for number, what in told:
+        values = ", ".join(f"{path}={values[number]}" for path, values in done.planned.columns.items())
+        out.print(f"  variant {number}{what} ({values}): {in_words(done.results[number])}")
+    _print_folder(done)
+
+
+def _print_folder(done: Swept) -> None:
     runs = f"  runs/ ({len(done.kept)})" if done.kept else ""
     out.print(f"{done.folder}/  report.html  metrics.parquet  samples.parquet  sweep.json{runs}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +26,10 @@ from components.interfaces.buses import (
 from components.interfaces.maths import Array
 from orchestrator.results import path_geometry
 from orchestrator.results.departure import Departure, departure
+from orchestrator.results.finite_rows import FiniteColumns, Frame
 from orchestrator.results.geometry import box_corners, box_distance
 from orchestrator.system.scene import BESIDE_ROAD, Scene
 from orchestrator.system.shown import BusPaths, signal_path
-
-if TYPE_CHECKING:  # pandas is slow to import, and only the name is needed
-    import pandas as pd
-
-Frame: TypeAlias = "pd.DataFrame | Mapping[str, NDArray[Any]]"
-"""The rows of a run: the column `time` [s], and one column for each signal element."""
 
 _BOX: Final = ("x", "y", "psi", "length", "width")
 """The signals of `obstacles` that give a box."""
@@ -59,7 +54,7 @@ def compute(frame: Frame, buses: BusPaths, scene: Scene) -> dict[str, float]:
     """
     metrics: dict[str, float] = {}
     left = departure_of(frame, buses, scene)
-    known = _Finiteness(frame)
+    known = FiniteColumns(frame)
     for family, records in (
         (_motion, ()),
         (_acceleration, (Motion,)),
@@ -254,53 +249,6 @@ class Chosen(Mapping[str, Any]):
         if name not in self._names:
             raise KeyError(name)
         return self._frame[name][:: self._every]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-
-class _Finiteness:
-    """Which numbers of a run are finite, of which each column is looked at once."""
-
-    def __init__(self, frame: Frame) -> None:
-        self._frame = frame
-        self._names = dict.fromkeys(map(str, frame))
-        self._known: dict[str, NDArray[np.bool_] | None] = {}
-
-    def rows(self, buses: Iterable[str], until: int | None) -> _FiniteRows:
-        """The rows before one in which all numbers of some buses are finite."""
-        beginnings = tuple(f"{bus}." for bus in buses)
-        wrong = [here for n in self._names if n.startswith(beginnings) and (here := self._finite(n)) is not None]
-        if until is None and not wrong:
-            return _FiniteRows(self._frame, self._names, None)
-        finite = np.ones(len(self._frame["time"]), dtype=bool)
-        for here in wrong:
-            finite &= here
-        if until is not None:
-            finite[until:] = False
-        return _FiniteRows(self._frame, self._names, finite)
-
-    def _finite(self, name: str) -> NDArray[np.bool_] | None:
-        """Which numbers of a column are finite; None where all are."""
-        if name not in self._known:
-            values = np.asarray(self._frame[name])
-            finite = np.isfinite(values) if values.dtype.kind == "f" else None  # the others are, or are no numbers
-            self._known[name] = None if finite is None or finite.all() else finite
-        return self._known[name]
-
-
-class _FiniteRows(Mapping[str, NDArray[Any]]):
-    """Some rows; columns are taken when they are asked for."""
-
-    def __init__(self, frame: Frame, names: Mapping[str, None], finite: NDArray[np.bool_] | None) -> None:
-        self._frame, self._names, self._finite = frame, names, finite
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        values = np.asarray(self._frame[name])
-        return values if self._finite is None else values[self._finite]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)

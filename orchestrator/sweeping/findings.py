@@ -11,7 +11,7 @@ import numpy as np
 
 from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
-from orchestrator.sweeping.plan import SweepPlan
+from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import VARIANT
 from orchestrator.sweeping.sweep_folder import CAUSE, FINISHED, STATUS, metric_names, verdict_names
 
@@ -49,7 +49,7 @@ class Group:
     variants: tuple[int, ...]
 
 
-def shown_metrics(planned: SweepPlan, table: pd.DataFrame) -> dict[str, str]:
+def shown_metrics(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, str]:
     """The metrics that are drawn, with their units of measurement; all of them for what is no vehicle on a road."""
     known = metric_names(planned, table)
     return {n: u for n, u in SHOWN_METRICS.items() if n in known and table[n].notna().any()}
@@ -71,7 +71,7 @@ def _share(name: str, holds: pd.Series[Any]) -> Share:
     return Share(name, count, known, float(interval.low), float(interval.high))
 
 
-def spreads(planned: SweepPlan, table: pd.DataFrame) -> dict[str, list[float]]:
+def spreads(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, list[float]]:
     """The least value, percentiles 5, 50 and 95, and the largest value of each metric."""
     found: dict[str, list[float]] = {}
     for name in metric_names(planned, table):
@@ -107,7 +107,7 @@ def groups(table: pd.DataFrame) -> list[Group]:
     return sorted((Group(c, tuple(v)) for c, v in by_cause.items()), key=lambda group: -len(group.variants))
 
 
-def sobol_table(planned: SweepPlan, table: pd.DataFrame) -> dict[str, dict[str, tuple[float, float]]]:
+def sobol_table(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, dict[str, tuple[float, float]]]:
     """First and total Sobol indices of the metrics, by metric and path; empty where the sampling does not allow it.
 
     They need the sampling `saltelli:N`, and a metric that every variant has.
@@ -130,7 +130,7 @@ def sobol_table(planned: SweepPlan, table: pd.DataFrame) -> dict[str, dict[str, 
     return found
 
 
-def command(planned: SweepPlan, number: int) -> str:
+def command(planned: PlannedSweep, number: int) -> str:
     """The command that runs a variant on its own."""
     return command_of(planned.request.scenario, planned.options_of(planned.variant(number)))
 

@@ -16,7 +16,7 @@ from components.interfaces.sockets import SOCKETS
 from orchestrator.loading import load
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
-from orchestrator.sweeping.sampling import Columns, Sampling, read_sampling, sampled
+from orchestrator.sweeping.sampling import SEARCH, Columns, Sampling, read_sampling, sampled
 from orchestrator.sweeping.variation import VARY, Variation, split, twice, value_problems, variation
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
@@ -39,6 +39,10 @@ class SweepRequest:
     grid: str | None = None
     """The number of values of each variation, for a grid."""
     seed: int = 0
+    find: str | None = None
+    """What is looked for, in place of samples: `gap_edge < 0`."""
+    budget: str = "60s"
+    """How long it is looked for, or by how many variants."""
     options: Options = UNCHANGED
     """What is changed in all variants."""
 
@@ -55,7 +59,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class SweepPlan:
+class PlannedSweep:
     """A request that has been checked, with the values of all variants."""
 
     request: SweepRequest
@@ -99,7 +103,7 @@ def options_of(options: Options, variant: Variant) -> Options:
     )
 
 
-def plan(request: SweepRequest, progress: Progress = SILENT) -> SweepPlan:
+def plan(request: SweepRequest, progress: Progress = SILENT) -> PlannedSweep:
     """Check a request, build the FMUs that it needs, and sample its variants.
 
     Args:
@@ -125,13 +129,27 @@ def plan(request: SweepRequest, progress: Progress = SILENT) -> SweepPlan:
             read = partial(_variation, path, text, quantity, from_table=bool(columns))
             variations += wrong.attempt(lambda read=read: [read()], list[Variation]())
     everything = bool(texts) and len(variations) == len(texts)
-    sampling = wrong.attempt(lambda: read_sampling(request.samples, request.grid, variations), None)
-    if sampling is not None and everything:
+    sampling = wrong.attempt(lambda: _sampling(request, variations), None)
+    if sampling is not None and sampling.kind == SEARCH:
+        columns = {v.path: list[str]() for v in variations}
+    elif sampling is not None and everything:
         columns = columns or sampled(sampling, variations, request.seed)
         wrong.problems += [p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path])]
     raise_if_any(dict.fromkeys(wrong.problems))
     assert sampling is not None  # noqa: S101 - it would be a problem
-    return SweepPlan(request, sampling, tuple(variations), columns, quantities, scenarios[0])
+    return PlannedSweep(request, sampling, tuple(variations), columns, quantities, scenarios[0])
+
+
+def _sampling(request: SweepRequest, variations: Sequence[Variation]) -> Sampling:
+    if request.find is None:
+        return read_sampling(request.samples, request.grid, variations)
+    from orchestrator.sweeping.search import FIND, read_aim, read_budget  # noqa: PLC0415 - that module leads here
+
+    read_aim(request.find)
+    read_budget(request.budget)
+    if request.samples is not None or request.grid is not None:
+        raise refuse(f"{FIND} {request.find}", "it beside --samples or --grid", "one of them")
+    return Sampling(SEARCH)
 
 
 def _asked(request: SweepRequest, wrong: Gathered) -> tuple[dict[str, str], Columns]:
@@ -212,6 +230,6 @@ def absolute_file(text: str) -> str:
     return str(Path(text).resolve()) if is_file else text
 
 
-def iterate(plan: SweepPlan, done: set[int]) -> Iterator[Variant]:
+def iterate(plan: PlannedSweep, done: set[int]) -> Iterator[Variant]:
     """The variants that are not done yet, in their order."""
     return (plan.variant(number) for number in range(len(plan)) if number not in done)

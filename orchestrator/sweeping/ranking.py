@@ -9,7 +9,7 @@ from typing import Final
 from components.interfaces.problem import refuse
 from orchestrator.sweeping.work import VariantResult
 
-KEEP: Final = "--keep"
+KEEP_OPTION: Final = "--keep"
 _GAPS: Final = ("gap_obstacle", "gap_edge")
 """[m] The metrics that say how near it was."""
 _WORST: Final = re.compile(r"worst:([0-9]{1,6})")
@@ -56,5 +56,7 @@ def kept(wanted: Iterable[str], results: Mapping[int, VariantResult], count: int
             elif part.isdecimal() and int(part) < count:
                 numbers[int(part)] = None
             else:
-                raise refuse(f"{KEEP} {text}", f"`{part}`", f"worst:N, or numbers of variants from 0 to {count - 1}")
+                raise refuse(
+                    f"{KEEP_OPTION} {text}", f"`{part}`", f"worst:N, or numbers of variants from 0 to {count - 1}"
+                )
     return list(numbers)

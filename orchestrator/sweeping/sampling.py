@@ -16,10 +16,12 @@ from components.interfaces.maths import Array
 from components.interfaces.problem import did_you_mean, refuse
 from orchestrator.sweeping.variation import Variation
 
-SAMPLES: Final = "--samples"
-GRID: Final = "--grid"
+SAMPLES_OPTION: Final = "--samples"
+GRID_OPTION: Final = "--grid"
 VARIANT: Final = "variant"
 """The column of the tables of a sweep that has the number of the variant."""
+SEARCH: Final = "search"
+"""The kind of sampling that looks for failures."""
 MOST: Final = 10_000_000
 """The most variants of a sweep."""
 
@@ -32,7 +34,7 @@ class Sampling:
     """How variants are sampled."""
 
     kind: str
-    """`grid`, `table`, or one of `KINDS`."""
+    """`grid`, `table`, `SEARCH`, or one of `SAMPLINGS`."""
     count: int = 0
     """The number that was asked for."""
     counts: tuple[int, ...] = ()
@@ -41,9 +43,13 @@ class Sampling:
     """For a table: the file."""
 
     def __str__(self) -> str:
+        if self.kind == SEARCH:
+            return "a search"
         if self.kind == "grid":
-            return f"{GRID} {','.join(map(str, self.counts))}" if self.counts else "every combination"
-        return f"{SAMPLES} {self.table}" if self.table is not None else f"{SAMPLES} {self.kind}:{self.count}"
+            return f"{GRID_OPTION} {','.join(map(str, self.counts))}" if self.counts else "every combination"
+        return (
+            f"{SAMPLES_OPTION} {self.table}" if self.table is not None else f"{SAMPLES_OPTION} {self.kind}:{self.count}"
+        )
 
 
 def _random(count: int, dimensions: int, generator: np.random.Generator) -> Array:
@@ -70,14 +76,14 @@ def _saltelli(count: int, dimensions: int, generator: np.random.Generator) -> Ar
     return np.concatenate([a, b, *mixed])
 
 
-KINDS: Final[Mapping[str, Callable[[int, int, np.random.Generator], Array]]] = {
+SAMPLINGS: Final[Mapping[str, Callable[[int, int, np.random.Generator], Array]]] = {
     "random": _random,
     "lhs": _lhs,
     "sobol": _sobol,
     "saltelli": _saltelli,
 }
 """Shares for each variant and variation, by the name of the kind; `saltelli:N` makes N (d + 2) variants."""
-_VALID: Final = f"KIND:NUMBER ({', '.join(KINDS)}), or a table FILE.csv"
+_VALID: Final = f"KIND:NUMBER ({', '.join(SAMPLINGS)}), or a table FILE.csv"
 
 
 def read_sampling(samples: str | None, grid: str | None, variations: Sequence[Variation]) -> Sampling:
@@ -92,22 +98,22 @@ def read_sampling(samples: str | None, grid: str | None, variations: Sequence[Va
         RequestError: Both are given, or one has another form, or neither is given where something is no list.
     """
     if samples is not None and grid is not None:
-        raise refuse(f"{SAMPLES}, {GRID}", "both", "one of them")
+        raise refuse(f"{SAMPLES_OPTION}, {GRID_OPTION}", "both", "one of them")
     if grid is not None:
         return _grid(grid, variations)
     if samples is None:
         ranges = [f"{v.path}={v.text}" for v in variations if not v.choices]
         if ranges:
-            remedy = f"Try {SAMPLES} sobol:64, or {GRID} 10."
-            raise refuse(SAMPLES, f"nothing that says how {ranges[0]} is sampled", _VALID, remedy)
+            remedy = f"Try {SAMPLES_OPTION} sobol:64, or {GRID_OPTION} 10."
+            raise refuse(SAMPLES_OPTION, f"nothing that says how {ranges[0]} is sampled", _VALID, remedy)
         return Sampling("grid")
     if samples.endswith((".csv", ".parquet")):
         return Sampling("table", table=Path(samples))
     kind, _, number = samples.partition(":")
-    if kind not in KINDS:
-        raise refuse(f"{SAMPLES} {samples}", f"the unknown kind `{kind}`", _VALID, did_you_mean(kind, KINDS))
+    if kind not in SAMPLINGS:
+        raise refuse(f"{SAMPLES_OPTION} {samples}", f"the unknown kind `{kind}`", _VALID, did_you_mean(kind, SAMPLINGS))
     if not re.fullmatch(r"[0-9]{1,9}", number) or int(number) < 1:
-        raise refuse(f"{SAMPLES} {samples}", f"`{number}` variants", _VALID)
+        raise refuse(f"{SAMPLES_OPTION} {samples}", f"`{number}` variants", _VALID)
     sampling = Sampling(kind, int(number))
     _check_count(str(sampling), int(number) * (len(variations) + 2 if kind == "saltelli" else 1))
     return sampling
@@ -116,14 +122,14 @@ def read_sampling(samples: str | None, grid: str | None, variations: Sequence[Va
 def _grid(text: str, variations: Sequence[Variation]) -> Sampling:
     parts = text.split(",")
     if not all(re.fullmatch(r"\s*[0-9]{1,9}\s*", part) and int(part) > 0 for part in parts):
-        raise refuse(f"{GRID} {text}", "text of another form", "a whole number, or one for each variation: 20,5")
+        raise refuse(f"{GRID_OPTION} {text}", "text of another form", "a whole number, or one for each variation: 20,5")
     if len(parts) not in (1, len(variations)):
         found = f"{len(parts)} numbers for {len(variations)} variations"
-        raise refuse(f"{GRID} {text}", found, "one number, or one for each variation")
+        raise refuse(f"{GRID_OPTION} {text}", found, "one number, or one for each variation")
     counts = tuple(map(int, parts))
     each = counts * len(variations) if len(counts) == 1 else counts
     sizes = [len(v.choices) or n for v, n in zip(variations, each, strict=True)]
-    _check_count(f"{GRID} {text}", math.prod(sizes))
+    _check_count(f"{GRID_OPTION} {text}", math.prod(sizes))
     return Sampling("grid", counts=counts)
 
 
@@ -150,7 +156,7 @@ def sampled(sampling: Sampling, variations: Sequence[Variation], seed: int) -> C
         each = counts * len(variations) if len(counts) == 1 else counts
         rows = [*product(*(v.grid(n) for v, n in zip(variations, each, strict=True)))]
         return {v.path: [row[i] for row in rows] for i, v in enumerate(variations)}
-    shares = KINDS[sampling.kind](sampling.count, len(variations), np.random.default_rng(seed))
+    shares = SAMPLINGS[sampling.kind](sampling.count, len(variations), np.random.default_rng(seed))
     return {v.path: v.at(shares[:, i]) for i, v in enumerate(variations)}
 
 
@@ -162,7 +168,7 @@ def read_table(path: Path) -> Columns:
     """
     import pandas as pd  # noqa: PLC0415 - slow to import, and only a table needs it
 
-    where = f"{SAMPLES} {path}"
+    where = f"{SAMPLES_OPTION} {path}"
     try:
         if path.suffix == ".parquet":
             frame = pd.read_parquet(path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from components.interfaces.arguments import checked_arguments
+from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
@@ -19,7 +20,8 @@ from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
-from orchestrator.sweeping.plan import SweepPlan, SweepRequest, absolute, iterate, plan
+from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, Variant, absolute, iterate, plan
+from orchestrator.sweeping.search import FailureSearch
 from orchestrator.sweeping.work import SweepTask, VariantResult
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
@@ -34,7 +36,7 @@ class Swept:
     """A sweep that has ended, or was interrupted."""
 
     folder: Path
-    planned: SweepPlan
+    planned: PlannedSweep
     results: dict[int, VariantResult]
     """By the number of the variant."""
     is_whole: bool
@@ -42,6 +44,10 @@ class Swept:
     remarks: list[str] = field(default_factory=list[str])
     kept: dict[int, Path] = field(default_factory=dict[int, Path])
     """The run folders of those that are kept, the worst first."""
+    found: list[int] = field(default_factory=list[int])
+    """Of a search: the worst variant of each kind of failure, the worst first."""
+    mildest: int | None = None
+    """Of a search: the failing variant that is nearest to the middle of what varies."""
 
 
 @checked_arguments
@@ -52,6 +58,8 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     samples: str | None = None,
     grid: str | None = None,
     seed: int = 0,
+    find: str | None = None,
+    budget: str = "60s",
     options: Options = UNCHANGED,
     executor: Executor | None = None,
     out: Path | None = None,
@@ -67,6 +75,8 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
         samples: How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64`, or a table `FILE.csv`.
         grid: The number of values of each variation, in place of `samples`: `"20"`, `"20,5"`.
         seed: The seed of the random numbers.
+        find: Failures that are looked for, in place of samples: `"gap_edge < 0"`, `"not inside_road"`, `"fault"`.
+        budget: How long they are looked for (`"60s"`), or by how many variants (`"500"`).
         options: What is changed in all variants.
         executor: Who works: any executor of `concurrent.futures`; a process for each core if not given.
         out: The folder; the next free `runs/NAME-sweep-N` if not given.
@@ -80,7 +90,7 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
         RequestError: Something is wrong with the request; the error has all problems, and nothing was run.
     """
     texts = tuple(f"{path}={_spelled(values)}" for path, values in variations.items())
-    request = SweepRequest(str(scenario), texts, samples, grid, seed, options)
+    request = SweepRequest(str(scenario), texts, samples, grid, seed, find, budget, options)
     force = workforce(None, None) if executor is None else of_executor(executor)
     done = run_sweep(request, force, out, keep, progress)
     table = sweep_folder.results_table(done.planned, done.results)
@@ -114,9 +124,13 @@ def run_sweep(
     with ExitStack() as working:
         request = absolute(request)
         planned = plan(request, progress)
-        ranking.kept(keep, {}, len(planned))
+        _check_kept(keep, planned)
         claimed = working.enter_context(sweep_folder.new_sweep(planned, out))
-        return _carried_out(claimed, planned, force, keep, progress)
+        try:
+            return _carried_out(claimed, planned, force, keep, progress)
+        except RequestError:  # as of a search for something that nobody measures
+            claimed.abandon()
+            raise
 
 
 def go_on(folder: Path, force: Workforce, keep: Sequence[str], progress: Progress) -> Swept:
@@ -134,12 +148,12 @@ def go_on(folder: Path, force: Workforce, keep: Sequence[str], progress: Progres
     progress.now("getting ready")
     claimed, planned = sweep_folder.known_sweep(folder)
     with claimed:
-        ranking.kept(keep, {}, len(planned))
+        _check_kept(keep, planned)
         return _carried_out(claimed, planned, force, keep, progress)
 
 
 def _carried_out(
-    claimed: ClaimedFolder, planned: SweepPlan, force: Workforce, keep: Sequence[str], progress: Progress
+    claimed: ClaimedFolder, planned: PlannedSweep, force: Workforce, keep: Sequence[str], progress: Progress
 ) -> Swept:
     folder = claimed.path
     journal = folder / sweep_folder.DONE
@@ -154,11 +168,9 @@ def _carried_out(
     engine = Engine(task, force, journal)
     try:
         with engine.working():
-            for result in engine.run(iterate(planned, set(done.results))):
-                done.results[result.variant] = result
-                tally.note(result)
+            numbers = _worked(engine, done, tally, keep)
         done.is_whole = len(done.results) == len(planned)
-        _keep(done, claimed.path, ranking.kept(keep, done.results, len(planned)), progress)
+        _keep(done, claimed.path, numbers, progress)
     except KeyboardInterrupt:
         sweep_folder.write_sweep(planned, folder, "interrupted")
         return done
@@ -167,14 +179,42 @@ def _carried_out(
     return done
 
 
-def _conclude(done: Swept, folder: Path, tally: Tally) -> None:
-    from orchestrator.sweeping.report import write_report  # noqa: PLC0415 - matplotlib is slow to import
+def _worked(engine: Engine, done: Swept, tally: Tally, keep: Sequence[str]) -> list[int]:
+    """Run all variants, or look for failures; return the variants whose runs are kept."""
 
+    def noted(variants: Iterator[Variant]) -> Iterator[VariantResult]:
+        for result in engine.run(variants):
+            done.results[result.variant] = result
+            tally.note(result)
+            yield result
+
+    if done.planned.request.find is None:
+        for _ in noted(iterate(done.planned, set(done.results))):
+            pass
+        return ranking.kept(keep, done.results, len(done.planned))
+    search = FailureSearch(done.planned, noted)
+    search.go()
+    done.found, done.mildest = search.distinct(), search.mildest()
+    return [*dict.fromkeys(n for n in (*done.found, done.mildest) if n is not None)]
+
+
+def _conclude(done: Swept, folder: Path, tally: Tally) -> None:
+    from orchestrator.sweeping.sweep_report import write_report  # noqa: PLC0415 - matplotlib is slow to import
+
+    if done.planned.request.find is not None:
+        sweep_folder.write_samples(done.planned, folder)
     table = sweep_folder.results_table(done.planned, done.results)
     write_report(done.planned, table, {n: path.name for n, path in done.kept.items()}, folder, tally.seconds)
     sweep_folder.write_results(table, folder)
-    kept = {str(number): path.name for number, path in done.kept.items()}
-    sweep_folder.write_sweep(done.planned, folder, "finished", {"kept": kept, "seconds": round(tally.seconds, 3)})
+    more: dict[str, object] = {"kept": {str(number): path.name for number, path in done.kept.items()}}
+    if done.planned.request.find is not None:
+        more |= {"found": done.found, "mildest": done.mildest}
+    sweep_folder.write_sweep(done.planned, folder, "finished", more | {"seconds": round(tally.seconds, 3)})
+
+
+def _check_kept(keep: Sequence[str], planned: PlannedSweep) -> None:
+    if planned.request.find is None:  # a search keeps what it finds
+        ranking.kept(keep, {}, len(planned))
 
 
 def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress) -> None:
@@ -182,7 +222,7 @@ def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress)
     for i, number in enumerate(numbers, 1):
         progress.now(f"keeping run {i} of {len(numbers)}: variant {number}")
         options = done.planned.options_of(done.planned.variant(number))
-        there = folder / sweep_folder.RUNS / f"variant-{number}"
+        there = folder / sweep_folder.KEPT_RUNS / f"variant-{number}"
         finished = execute(load(done.planned.request.scenario, options), there, SILENT, Execution(figures=False))
         done.kept[number] = finished.folder
 
@@ -196,7 +236,7 @@ class Tally:
         clock: Gives the time [s].
     """
 
-    def __init__(self, planned: SweepPlan, before: Mapping[int, VariantResult], clock: Callable[[], float]) -> None:
+    def __init__(self, planned: PlannedSweep, before: Mapping[int, VariantResult], clock: Callable[[], float]) -> None:
         self._count, self._before, self._clock = len(planned), len(before), clock
         self._began = clock()
         self._done, self._failed = len(before), sum(bool(r.fault) for r in before.values())
@@ -216,12 +256,13 @@ class Tally:
 
     def __call__(self) -> str:
         """The line."""
-        text = f"{self._done} of {self._count} variants"
+        text = f"{self._done} of {self._count} variants" if self._count else f"{self._done} variants"
         if self._failed:
             text += f", {self._failed} with a fault"
         if (new := self._done - self._before) and self.seconds > 0:
             rate = new / self.seconds
-            text += f", {rate:.3g} per second, {_span((self._count - self._done) / rate)} left"
+            text += f", {rate:.3g} per second"
+            text += f", {_span((self._count - self._done) / rate)} left" if self._count else ""
         if self._worst is not None:
             text += f"; worst so far: variant {self._worst.variant} ({ranking.in_words(self._worst)})"
         return text

@@ -21,7 +21,7 @@ from orchestrator.results.manifest import Contents, read_manifest, unfinished
 from orchestrator.results.provenance import now, versions
 from orchestrator.results.summary import units
 from orchestrator.scenario.options import Options
-from orchestrator.sweeping.plan import SweepPlan, SweepRequest, plan
+from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, plan
 from orchestrator.sweeping.sampling import VARIANT
 from orchestrator.sweeping.variation import typed
 from orchestrator.sweeping.work import VariantResult, read_journal
@@ -36,13 +36,13 @@ METRICS: Final = "metrics.parquet"
 REPORT: Final = "report.html"
 DONE: Final = "done"
 """The folder of what is done, while a sweep goes on."""
-RUNS: Final = "runs"
+KEPT_RUNS: Final = "runs"
 """The folder of the runs that are kept."""
-CONTENTS: Final = Contents("sweep", (SWEEP, SAMPLES_FILE, METRICS, REPORT, f"{DONE}/*.jsonl"), inner=(RUNS,))
+CONTENTS: Final = Contents("sweep", (SWEEP, SAMPLES_FILE, METRICS, REPORT, f"{DONE}/*.jsonl"), inner=(KEPT_RUNS,))
 _BYTES: Final = 2000
 """[byte] The room that a variant takes, while it is in the journal as well as in the table."""
 STATUS: Final = "status"
-FAULT: Final = "fault"
+ENDED_BY: Final = "fault"
 CAUSE: Final = "cause"
 SECONDS: Final = "seconds"
 FINISHED: Final = "finished"
@@ -53,7 +53,7 @@ def is_sweep(folder: Path) -> bool:
     return read_manifest(folder, CONTENTS) is not None
 
 
-def new_sweep(planned: SweepPlan, out: Path | None) -> ClaimedFolder:
+def new_sweep(planned: PlannedSweep, out: Path | None) -> ClaimedFolder:
     """Make the folder of a sweep: `out`, or the next free `runs/NAME-sweep-N`.
 
     Raises:
@@ -71,7 +71,7 @@ def new_sweep(planned: SweepPlan, out: Path | None) -> ClaimedFolder:
     return claimed
 
 
-def known_sweep(folder: Path) -> tuple[ClaimedFolder, SweepPlan]:
+def known_sweep(folder: Path) -> tuple[ClaimedFolder, PlannedSweep]:
     """The folder of a sweep that was stopped, and its plan.
 
     Raises:
@@ -80,6 +80,7 @@ def known_sweep(folder: Path) -> tuple[ClaimedFolder, SweepPlan]:
     claimed = reclaim(folder, CONTENTS)
     try:
         asked = _asked(folder)
+        raise_if_any(_is_search(folder, asked["request"]))
         planned = plan(asked["request"])
         raise_if_any([*_changed(folder, asked["units"], planned.scenario), *_resampled(folder, planned)])
         claimed.remarks += [
@@ -94,7 +95,7 @@ def known_sweep(folder: Path) -> tuple[ClaimedFolder, SweepPlan]:
     return claimed, planned
 
 
-def write_sweep(planned: SweepPlan, folder: Path, status: str, more: Mapping[str, Any] | None = None) -> None:
+def write_sweep(planned: PlannedSweep, folder: Path, status: str, more: Mapping[str, Any] | None = None) -> None:
     """Write `SWEEP`: what was asked, and with what it is run."""
     request = planned.request
     options = {name: value for name, value in asdict(request.options).items() if value != getattr(Options(), name)}
@@ -113,18 +114,18 @@ def write_sweep(planned: SweepPlan, folder: Path, status: str, more: Mapping[str
         file.write_text(json.dumps(content, indent=2, default=str) + "\n", encoding="utf-8")
 
 
-def write_samples(planned: SweepPlan, folder: Path) -> None:
+def write_samples(planned: PlannedSweep, folder: Path) -> None:
     """Write `SAMPLES_FILE`: the values of all variants."""
     with unfinished(folder / SAMPLES_FILE) as file:
         _samples(planned).to_parquet(file, index=False)
 
 
-def values_of(planned: SweepPlan) -> dict[str, list[Any]]:
+def values_of(planned: PlannedSweep) -> dict[str, list[Any]]:
     """The values of all variants, by path, as numbers where they are numbers."""
     return {path: typed(values, planned.quantities[path]) for path, values in planned.columns.items()}
 
 
-def results_table(planned: SweepPlan, results: Mapping[int, VariantResult]) -> pd.DataFrame:
+def results_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -> pd.DataFrame:
     """A row for each variant that is done: its values, metrics, verdicts, fault and time."""
     import pandas as pd  # noqa: PLC0415 - slow to import, and most of macrostep does without
 
@@ -132,12 +133,12 @@ def results_table(planned: SweepPlan, results: Mapping[int, VariantResult]) -> p
     done = [results[n] for n in numbers]
     columns: dict[str, Any] = {VARIANT: numbers}
     columns |= {path: [values[n] for n in numbers] for path, values in values_of(planned).items()}
-    columns[STATUS] = [FINISHED if not r.fault else FAULT for r in done]
+    columns[STATUS] = [FINISHED if not r.fault else ENDED_BY for r in done]
     for name in _names(r.verdicts for r in done):
         columns[name] = pd.array([r.verdicts.get(name) for r in done], dtype="boolean")
     for name in _names(r.metrics for r in done):
         columns[name] = [r.metrics.get(name, float("nan")) for r in done]
-    columns[FAULT] = [r.fault for r in done]
+    columns[ENDED_BY] = [r.fault for r in done]
     columns[CAUSE] = [r.cause for r in done]
     columns[SECONDS] = [r.seconds for r in done]
     return pd.DataFrame(columns)
@@ -165,21 +166,21 @@ def read_results(folder: Path) -> pd.DataFrame:
         raise refuse(f"{folder}/{METRICS}", f"a damaged file ({error})", "the table of a sweep") from None
 
 
-def results_of(folder: Path, planned: SweepPlan) -> dict[int, VariantResult]:
+def results_of(folder: Path, planned: PlannedSweep) -> dict[int, VariantResult]:
     """What is done in a sweep that goes on, or that has ended, by the number of the variant."""
     known = read_journal(folder / DONE)
     return known | (_results_in(read_results(folder), planned) if (folder / METRICS).is_file() else {})
 
 
-def _results_in(table: pd.DataFrame, planned: SweepPlan) -> dict[int, VariantResult]:
+def _results_in(table: pd.DataFrame, planned: PlannedSweep) -> dict[int, VariantResult]:
     """The results that a table was made from."""
     verdicts, metrics = verdict_names(table), metric_names(planned, table)
     found: dict[int, VariantResult] = {}
     for row in table.to_dict("records"):
         number = int(row[VARIANT])
-        measured = {name: float(row[name]) for name in metrics if row[name] == row[name]}  # noqa: PLR0124 - no NaN
+        measured = {name: float(row[name]) for name in metrics if np.isfinite(row[name])}
         kept = {name: bool(row[name]) for name in verdicts if isinstance(row[name], bool | np.bool_)}
-        found[number] = VariantResult(number, float(row[SECONDS]), measured, kept, str(row[FAULT]), str(row[CAUSE]))
+        found[number] = VariantResult(number, float(row[SECONDS]), measured, kept, str(row[ENDED_BY]), str(row[CAUSE]))
     return found
 
 
@@ -188,9 +189,9 @@ def verdict_names(table: pd.DataFrame) -> list[str]:
     return [str(name) for name in table.columns if str(table[name].dtype) == "boolean"]
 
 
-def metric_names(planned: SweepPlan, table: pd.DataFrame) -> list[str]:
+def metric_names(planned: PlannedSweep, table: pd.DataFrame) -> list[str]:
     """The metrics of a table of results."""
-    others = {VARIANT, STATUS, FAULT, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
+    others = {VARIANT, STATUS, ENDED_BY, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
     return [str(name) for name in table.columns if name not in others]
 
 
@@ -222,6 +223,11 @@ def _asked(folder: Path) -> dict[str, Any]:
         raise refuse(where, f"a file that says not what was asked ({error})", "the file of a sweep") from None
 
 
+def _is_search(folder: Path, request: SweepRequest) -> list[Problem]:
+    """The problem of a search, which goes its own way again."""
+    return [Problem(str(folder), "a search", "a sweep of samples", "Begin it anew.")] if request.find else []
+
+
 def _changed(folder: Path, then: Mapping[str, Any], scenario: Scenario) -> Sequence[Problem]:
     """What is not as it was when the sweep began."""
     present = units(scenario.system)
@@ -234,7 +240,7 @@ def _changed(folder: Path, then: Mapping[str, Any], scenario: Scenario) -> Seque
     ]
 
 
-def _resampled(folder: Path, planned: SweepPlan) -> Iterator[Problem]:
+def _resampled(folder: Path, planned: PlannedSweep) -> Iterator[Problem]:
     """The problem of values that are not those that the sweep began with."""
     import pandas as pd  # noqa: PLC0415
 
@@ -248,7 +254,7 @@ def _resampled(folder: Path, planned: SweepPlan) -> Iterator[Problem]:
         )
 
 
-def _samples(planned: SweepPlan) -> pd.DataFrame:
+def _samples(planned: PlannedSweep) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415
 
     table = pd.DataFrame(values_of(planned))
@@ -256,7 +262,7 @@ def _samples(planned: SweepPlan) -> pd.DataFrame:
     return table
 
 
-def _unit(planned: SweepPlan, path: str) -> str:
+def _unit(planned: PlannedSweep, path: str) -> str:
     quantity = planned.quantities[path]
     return "" if quantity is None else quantity.unit
 

@@ -1,4 +1,4 @@
-"""Metrics on signals made by hand."""
+"""Metrics on signals made by hand, and which rows count for them (`finite_rows.py`)."""
 
 from __future__ import annotations
 

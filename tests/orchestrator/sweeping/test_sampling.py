@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity
-from orchestrator.sweeping.sampling import KINDS, read_sampling, sampled
+from orchestrator.sweeping.sampling import SAMPLINGS, read_sampling, sampled
 from orchestrator.sweeping.variation import variation
 
 M = Quantity("kg", "")
@@ -29,7 +29,7 @@ def refused(samples, grid=None, variations=TWO):
     return str(error.value)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SAMPLINGS)
 @given(count=st.integers(1, 40), seed=st.integers(0, 5))
 def test_the_same_seed_gives_the_same_values(kind, count, seed):
     made = shares(f"{kind}:{count}", seed=seed)

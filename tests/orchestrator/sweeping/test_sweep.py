@@ -1,6 +1,6 @@
 """Sweeps from a request to a folder, by every workforce: the same bits, whoever works, and whatever dies on the way.
 
-Shows `sweep.py`, `sweep_folder.py`, `engine.py`, `work.py` and `plan.py` together.
+Shows `sweep.py`, `sweep_folder.py`, `engine.py`, `work.py`, `plan.py` and `sweep_command.py` together.
 """
 
 from __future__ import annotations

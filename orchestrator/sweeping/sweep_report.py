@@ -10,9 +10,9 @@ from orchestrator.pictures.templating import embedded, templates
 from orchestrator.results.manifest import unfinished
 from orchestrator.results.provenance import now, versions
 from orchestrator.sweeping import findings
-from orchestrator.sweeping.plan import SweepPlan
+from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import VARIANT
-from orchestrator.sweeping.sweep_folder import CAUSE, FAULT, FINISHED, REPORT, RUNS, SECONDS, STATUS
+from orchestrator.sweeping.sweep_folder import CAUSE, ENDED_BY, FINISHED, KEPT_RUNS, REPORT, SECONDS, STATUS
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -25,7 +25,7 @@ _LISTED: Final = 20
 
 
 def write_report(
-    planned: SweepPlan, table: pd.DataFrame, kept: Mapping[int, str], folder: Path, seconds: float
+    planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str], folder: Path, seconds: float
 ) -> None:
     """Write `REPORT`.
 
@@ -42,7 +42,7 @@ def write_report(
         file.write_text(content, encoding="utf-8")
 
 
-def _content(planned: SweepPlan, table: pd.DataFrame, kept: Mapping[int, str]) -> dict[str, Any]:
+def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]) -> dict[str, Any]:
     metrics = findings.shown_metrics(planned, table)
     indices = findings.sobol_table(planned, table)
     groups = findings.groups(table)
@@ -65,7 +65,7 @@ def _content(planned: SweepPlan, table: pd.DataFrame, kept: Mapping[int, str]) -
         "figures": _figures(planned, table, metrics, table[VARIANT].isin(list(failed))) if metrics else [],
         "has_saltelli": planned.sampling.kind == "saltelli",
         "median_ms": 1e3 * float(table[SECONDS].median()) if len(table) else 0.0,
-        "runs": RUNS,
+        "runs": KEPT_RUNS,
     }
 
 
@@ -75,14 +75,14 @@ def _worst(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _row(
-    planned: SweepPlan, row: Mapping[str, Any], metrics: Mapping[str, str], kept: Mapping[int, str]
+    planned: PlannedSweep, row: Mapping[str, Any], metrics: Mapping[str, str], kept: Mapping[int, str]
 ) -> dict[str, Any]:
     number = int(row[VARIANT])
     return {
         "number": number,
         "values": {path: row[path] for path in planned.columns},
         "metrics": {name: row[name] for name in metrics},
-        "fault": row[FAULT],
+        "fault": row[ENDED_BY],
         "finished": row[STATUS] == FINISHED,
         "cause": row[CAUSE],
         "command": findings.command(planned, number),
@@ -90,7 +90,9 @@ def _row(
     }
 
 
-def _figures(planned: SweepPlan, table: pd.DataFrame, metrics: Mapping[str, str], failed: Any) -> list[tuple[str, str]]:
+def _figures(
+    planned: PlannedSweep, table: pd.DataFrame, metrics: Mapping[str, str], failed: Any
+) -> list[tuple[str, str]]:
     from orchestrator.sweeping import sweep_figures  # noqa: PLC0415 - matplotlib is slow to import
 
     paths = {path: _unit(planned, path) for path in list(planned.columns)[:_DRAWN]}
@@ -105,6 +107,6 @@ def _figures(planned: SweepPlan, table: pd.DataFrame, metrics: Mapping[str, str]
     ]
 
 
-def _unit(planned: SweepPlan, path: str) -> str:
+def _unit(planned: PlannedSweep, path: str) -> str:
     quantity = planned.quantities[path]
     return "" if quantity is None or quantity.unit == "1" else quantity.unit
