@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -20,6 +20,7 @@ from orchestrator.reproduction.varied.varied_set import VariedSet
 from orchestrator.results.claimed_folder import ClaimedFolder, claim
 from orchestrator.results.manifest import Contents
 from orchestrator.results.provenance import now
+from orchestrator.sweeping.engine import workforce
 
 EXPERIMENTS_FILE: Final = "experiments.json"
 """The list of experiments, written first."""
@@ -47,7 +48,7 @@ def reproduce(
         varied: The results of the varied set, if the report is to contain them.
     """
     (folder / EXPERIMENTS_FILE).write_text(experiments.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    with runs.processes() as pool:
+    with workforce(None, None).executor() as pool:
         runs.build(experiments, progress)
         outcomes = runs.execute_all(experiments.all_runs(), folder / _RUNS, pool, progress)
         times = timing.measure(experiments.timing, outcomes, progress) if experiments.timing is not None else []
@@ -89,7 +90,7 @@ def _drawn(
     outcomes: dict[str, runs.Outcome],
     gathered: Evidence,
     folder: Path,
-    pool: ProcessPoolExecutor,
+    pool: Executor,
 ) -> list[ReportFigure]:
     """Draw the figures in the processes that ran the experiments; those with nothing to draw are left out."""
     from orchestrator.reproduction.report import result_figures  # noqa: PLC0415 - matplotlib is slow to import

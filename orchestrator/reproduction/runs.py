@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 from collections.abc import Collection, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -30,8 +28,6 @@ MODE: Final = Version.FMI3
 
 _REPLACED: Final = (PLANT.name, CONTROLLER.name)
 """The sockets of a scenario that each run fills with blocks of its own."""
-
-_MOST_PROCESSES: Final = 8
 
 
 @dataclass(frozen=True)
@@ -66,12 +62,6 @@ def command(run: RunPlan) -> str:
     return f"macrostep run {run.scenario} --plant {run.plant} --controller {run.controller}{settings}"
 
 
-def processes() -> ProcessPoolExecutor:
-    """A pool with a process for each core. They are spawned: a forked process would share locks with our threads."""
-    count = min(os.cpu_count() or 1, _MOST_PROCESSES)
-    return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
-
-
 def build(experiments: Experiments, progress: Progress) -> None:
     """Build every FMU that the experiments need, before several processes ask for the same one."""
     runs = experiments.all_runs()
@@ -104,9 +94,7 @@ def execute(run: RunPlan, folder: Path) -> Outcome:
     return Outcome(run, folder, shown(scenario.system), scenario.remarks + figures)
 
 
-def execute_all(
-    runs: Sequence[RunPlan], folder: Path, pool: ProcessPoolExecutor, progress: Progress
-) -> dict[str, Outcome]:
+def execute_all(runs: Sequence[RunPlan], folder: Path, pool: Executor, progress: Progress) -> dict[str, Outcome]:
     """Execute all runs, each in `folder/NAME`.
 
     Slow runs begin first, so that no core is idle while the last one ends.

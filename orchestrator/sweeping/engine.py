@@ -56,6 +56,10 @@ class Workforce:
     """Whether an executor that broke can be made anew."""
     words: str
 
+    def executor(self) -> Executor:
+        """An executor with all workers."""
+        return self.make(self.workers)
+
 
 def workforce(on: str | None, jobs: int | None) -> Workforce:
     """Who works.
@@ -128,7 +132,7 @@ class Engine:
     @contextmanager
     def working(self) -> Generator[None]:
         """Have workers in the block; they get ready at once."""
-        self._executor = self._force.make(self._force.workers)
+        self._executor = self._force.executor()
         for _ in range(self._force.workers):
             self._executor.submit(begin, self._task)
         try:
@@ -204,4 +208,4 @@ class Engine:
                 yield result
         if alone is not None:
             alone.shutdown()
-        self._executor = self._force.make(self._force.workers)
+        self._executor = self._force.executor()

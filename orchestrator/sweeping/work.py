@@ -18,24 +18,17 @@ from typing import Any, Final
 
 import msgspec
 
-from components.interfaces.problem import RequestError, raise_if_any
-from components.interfaces.record import variables
+from components.interfaces.problem import RequestError
 from fmus.toolchain.compiler import BuildError
 from orchestrator.loading import load
 from orchestrator.results.metrics import Chosen
 from orchestrator.results.summary import measured
 from orchestrator.scenario.options import Options
-from orchestrator.scenario.resolution import Setting, resolve
-from orchestrator.scenario.settings import parse_settings
 from orchestrator.stepping.master import Simulation, SimulationError
-from orchestrator.stepping.simulation_pool import SimulationPool
 from orchestrator.stepping.whole_run import simulation_of
+from orchestrator.sweeping.kept_scenario import KeptScenario
 from orchestrator.sweeping.plan import Variant, options_of
 from orchestrator.system.experiment import Scenario
-from orchestrator.system.files import Given
-from orchestrator.system.named_variables import named
-from orchestrator.system.scene import Scene
-from orchestrator.system.source import UnitSource
 
 _ID: Final = uuid.uuid4().hex
 """Names this process, also among those of other machines, and those that had its number before."""
@@ -144,7 +137,7 @@ class _Runner:
 
     def __init__(self, task: SweepTask) -> None:
         self._task = task
-        self._prepared: dict[tuple[tuple[str, str], ...], _Prepared] = {}
+        self._prepared: dict[tuple[tuple[str, str], ...], KeptScenario] = {}
         self._preparing = threading.Lock()
 
     def run(self, variant: Variant) -> VariantResult:
@@ -186,12 +179,12 @@ class _Runner:
         with prepared.pool.simulation(values) as simulation:
             return _run(replace(prepared.scenario, system=simulation.system, scene=scene), simulation)
 
-    def _prepare(self, fillings: Mapping[str, str]) -> _Prepared:
+    def _prepare(self, fillings: Mapping[str, str]) -> KeptScenario:
         key = tuple(sorted(fillings.items()))
         with self._preparing:
             if key not in self._prepared:
                 options = options_of(self._task.options, Variant(0, (), fillings))
-                self._prepared[key] = _Prepared(load(self._task.scenario, options))
+                self._prepared[key] = KeptScenario(load(self._task.scenario, options))
             return self._prepared[key]
 
 
@@ -209,69 +202,6 @@ def _run(scenario: Scenario, simulation: Simulation) -> tuple[dict[str, Any], Si
 
 def _cause(error: SimulationError) -> str:
     return f"{error.unit}: {error.reason}" if error.unit else error.reason
-
-
-class _Prepared:
-    """A scenario whose simulations stay open."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
-        self.pool = SimulationPool(lambda: simulation_of(scenario))
-        self._known = {
-            name: named(source.interface.parameters)
-            for name, source in scenario.system.units.items()
-            if source.mapping_text() is None
-        }
-
-    def changes(self, texts: Sequence[str]) -> tuple[dict[str, Any], Scene | None] | None:
-        """The values that settings change, by full path, and the scene.
-
-        Args:
-            texts: The settings, as `--set` takes them.
-
-        Returns:
-            None where a setting is more than another value of a parameter: of a unit that is mapped, a start value, or
-            a length.
-
-        Raises:
-            RequestError: A setting does not fit.
-        """
-        values: dict[str, Any] = {}
-        scene = self.scenario.scene
-        for unit, settings in parse_settings(texts, any_unit=True).items():
-            if not settings:
-                continue
-            if unit == "scene" and unit not in self.scenario.system.units:
-                resolution = resolve(unit, variables(Scene), settings=settings)
-                raise_if_any(resolution.problems)
-                scene = replace(scene, **resolution.values) if scene is not None else None
-                continue
-            source, known = self.scenario.system.units[unit], self._known.get(unit)
-            if known is None or not all(_is_plain(setting, source, known) for setting in settings):
-                return None
-            resolution = resolve(
-                unit, source.interface.parameters, given=self._given(unit, settings), settings=settings
-            )
-            raise_if_any(resolution.problems)
-            values |= {f"{unit}.{name}": value for name, value in resolution.values.items()}
-        return values, scene
-
-    def _given(self, unit: str, settings: Sequence[Setting]) -> dict[str, Given]:
-        """The values before, of arrays of which a setting changes a part."""
-        given: dict[str, Given] = {}
-        for setting in settings:
-            if meant := setting.means(self._known[unit]):
-                name = meant[0].variable.name
-                told = self.scenario.sources.get(f"{unit}.{name}")
-                if told is not None and meant[0].variable.shape:
-                    given[name] = Given(**told)
-        return given
-
-
-def _is_plain(setting: Setting, source: UnitSource, known: Mapping[str, Any]) -> bool:
-    """Whether a setting is another value of a parameter, and no more."""
-    meant = setting.means(known)
-    return meant is not None and meant[0].variable.name not in source.structural
 
 
 def in_batches(variants: Iterator[Variant], size: Callable[[], int]) -> Iterator[list[Variant]]:

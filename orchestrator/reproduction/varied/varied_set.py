@@ -7,7 +7,7 @@ same numbers.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
@@ -15,9 +15,8 @@ from typing import Any, Final
 
 import pandas as pd
 
-from components.interfaces.problem import raise_if_any, refuse
+from components.interfaces.problem import refuse
 from components.interfaces.progress import Progress
-from components.interfaces.record import Variable, variables
 from orchestrator.reproduction import runs
 from orchestrator.reproduction.paper.evidence import RecordedRun, Result, more_metrics
 from orchestrator.reproduction.varied import variations
@@ -25,12 +24,10 @@ from orchestrator.reproduction.varied.variations import VariedCase, VariedContro
 from orchestrator.results import metrics
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
-from orchestrator.scenario.resolution import resolve
-from orchestrator.scenario.settings import parse_settings
-from orchestrator.stepping.master import Simulation, SimulationError
-from orchestrator.stepping.simulation_pool import SimulationPool
+from orchestrator.stepping.master import SimulationError
+from orchestrator.sweeping.engine import workforce
+from orchestrator.sweeping.kept_scenario import KeptScenario
 from orchestrator.system.experiment import Scenario, TimeGrid
-from orchestrator.system.files import Given
 from orchestrator.system.scene import Scene
 from orchestrator.system.shown import shown
 
@@ -67,7 +64,7 @@ def build(request: VariedRequest, progress: Progress) -> None:
 def run(request: VariedRequest, done: Callable[[], None]) -> VariedSet:
     """Run all cases on all cores; `done` is called after each."""
     results: dict[int, CaseResults] = {}
-    with runs.processes() as pool:
+    with workforce(None, None).executor() as pool:
         futures = [pool.submit(run_case, case, request.plan) for case in request.cases]
         for future in as_completed(futures):
             results[future.result().case.number] = future.result()
@@ -112,11 +109,11 @@ def simulate(case: VariedCase, controller: VariedController, plant: str) -> tupl
     Returns:
         All rows, the scene, and the fault that ended the simulation, or an empty text.
     """
-    scenario = _prepared(case.task, controller.controller, plant)
-    values, scene = _with_settings(scenario, variations.settings_for(case, controller))
-    last = TimeGrid(scenario.h, case.stop_time).last_tick
+    last = TimeGrid(_prepared(case.task, controller.controller, plant).h, case.stop_time).last_tick
+    kept = _kept(case.task, controller.controller, plant, last // _ROOM + 1)
+    values, scene = _changes(kept, variations.settings_for(case, controller))
     fault = ""
-    with _pool(case.task, controller.controller, plant, last // _ROOM + 1).simulation(values) as simulation:
+    with kept.pool.simulation(values) as simulation:
         try:
             while simulation.tick < last and not simulation.is_over:
                 simulation.step()
@@ -132,39 +129,15 @@ def _prepared(task: str, controller: str, plant: str) -> Scenario:
 
 
 @cache
-def _pool(task: str, controller: str, plant: str, rooms: int) -> SimulationPool:
-    """The simulations of a scenario that this process keeps open, long enough for `rooms` times `_ROOM` ticks."""
+def _kept(task: str, controller: str, plant: str, rooms: int) -> KeptScenario:
+    """A scenario that this process keeps open, long enough for `rooms` times `_ROOM` ticks."""
     scenario = _prepared(task, controller, plant)
-    return SimulationPool(lambda: Simulation(scenario.system, h=scenario.h, until=scenario.h * (rooms * _ROOM)))
+    return KeptScenario(dataclasses.replace(scenario, until=scenario.h * (rooms * _ROOM)))
 
 
-def _with_settings(scenario: Scenario, texts: list[str]) -> tuple[dict[str, Any], Scene]:
-    """The values of all parameters of a prepared scenario that is changed as by `--set`.
-
-    Args:
-        scenario: The scenario.
-        texts: The changes, written as for `--set`.
-
-    Returns:
-        The values by full path, and the changed scene.
-
-    Raises:
-        RequestError: A setting does not fit, or the scenario has no scene.
-    """
-    if scenario.scene is None:
-        raise refuse(scenario.name, "no scene", "a scenario with a scene")
-    settings = parse_settings(texts)
-    values: dict[str, Any] = {}
-    for name, source in scenario.system.units.items():
-        declared = source.interface.parameters
-        resolution = resolve(name, declared, _given(scenario, name, declared), settings=settings[name])
-        raise_if_any(resolution.problems)
-        values |= {f"{name}.{parameter}": value for parameter, value in resolution.values.items()}  # noqa: PD011
-    scene = resolve("scene", variables(Scene), settings=settings["scene"])
-    raise_if_any(scene.problems)
-    return values, dataclasses.replace(scenario.scene, **scene.values)
-
-
-def _given(scenario: Scenario, unit: str, declared: Sequence[Variable]) -> dict[str, Given]:
-    paths = {variable.name: f"{unit}.{variable.name}" for variable in declared}
-    return {name: Given(**scenario.sources[path]) for name, path in paths.items() if path in scenario.sources}
+def _changes(kept: KeptScenario, texts: list[str]) -> tuple[dict[str, Any], Scene]:
+    """The values and the scene of a case. Raises `RequestError` where a setting does not fit, or there is no scene."""
+    changes = kept.changes(texts)
+    if changes is None or changes[1] is None:
+        raise refuse(kept.scenario.name, "a scenario that settings cannot change", "one with a scene and parameters")
+    return changes[0], changes[1]

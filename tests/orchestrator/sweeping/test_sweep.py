@@ -1,6 +1,6 @@
 """Sweeps from a request to a folder, by every workforce: the same bits, whoever works, and whatever dies on the way.
 
-Shows `sweep.py`, `sweep_folder.py`, `engine.py`, `work.py`, `plan.py` and `sweep_command.py` together.
+Shows `sweep.py`, `sweep_folder.py`, `engine.py`, `work.py`, `kept_scenario.py`, `plan.py` and `sweep_command.py`.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def test_what_is_refused_in_one_variant_is_its_fault(built_fmus, in_tmp_path, mo
     def refuse(*_):
         raise RequestError([])
 
-    monkeypatch.setattr("orchestrator.sweeping.work._Prepared.changes", refuse)
+    monkeypatch.setattr("orchestrator.sweeping.work.KeptScenario.changes", refuse)
     table = sweep("static", {"plant.m": [1500.0]}, options=SHORT, executor=ThreadPoolExecutor(1), keep=())
     assert list(table["fault"]) == ["refused: "]
 
