@@ -14,7 +14,11 @@ from orchestrator.command.console import print_message
 def show(  # noqa: PLR0913 - one parameter per option of the command
     runs: Annotated[
         list[Path],
-        typer.Argument(metavar="RUN...", help="Run folders, or an .rrd file.", autocompletion=shell_completion.runs),
+        typer.Argument(
+            metavar="RUN...",
+            help="Run folders, the folder of a sweep, or an .rrd file.",
+            autocompletion=shell_completion.runs,
+        ),
     ],
     difference: Annotated[
         list[str] | None,
@@ -30,10 +34,26 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
 ) -> None:
     """Open a run in the Rerun viewer, or several in one picture, a colour each.
 
-    A run that was cut short is opened from a repaired copy.
+    A run that was cut short is opened from a repaired copy. Of a sweep the runs are shown that were kept.
     """
     from orchestrator.viewing import viewer  # noqa: PLC0415
     from orchestrator.viewing.photograph import Look  # noqa: PLC0415
 
     look = Look(size, tab) if size or tab else None
+    runs = [run for request in runs for run in _runs_in(request)]
     viewer.show(runs, difference or [], print_message, web=web, picture=picture, times=at or [], look=look)
+
+
+def _runs_in(request: Path) -> list[Path]:
+    """The runs that a request means: of a sweep the worst that were kept, as many as have colours of their own."""
+    from orchestrator.results.manifest import MANIFEST_FILE  # noqa: PLC0415 - as above
+
+    if not (request / MANIFEST_FILE).is_file():
+        return [request]
+    from orchestrator.pictures.palette import RUNS  # noqa: PLC0415
+    from orchestrator.sweeping.sweep_folder import REPORT, is_sweep, kept_folders  # noqa: PLC0415
+
+    if not is_sweep(request):
+        return [request]
+    print_message(f"all variants: {request / REPORT}")
+    return kept_folders(request)[: len(RUNS)]

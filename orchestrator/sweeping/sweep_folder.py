@@ -195,6 +195,20 @@ def metric_names(planned: PlannedSweep, table: pd.DataFrame) -> list[str]:
     return [str(name) for name in table.columns if name not in others]
 
 
+def kept_folders(folder: Path) -> list[Path]:
+    """The run folders that a sweep has kept, the worst first.
+
+    Raises:
+        RequestError: There are none.
+    """
+    kept = [folder / KEPT_RUNS / name for name in _asked(folder).get("kept", {}).values()]
+    found = [path for path in kept if path.is_dir()]
+    if not found:
+        remedy = f"Keep some: macrostep sweep {folder} --keep worst:3"
+        raise refuse(str(folder), "a sweep without run folders", "a sweep that has kept runs", remedy)
+    return found
+
+
 def _names(entries: Any) -> list[str]:
     return list(dict.fromkeys(name for one in entries for name in one))
 
