@@ -172,6 +172,7 @@ def _carried_out(
         done.is_whole = len(done.results) == len(planned)
         _keep(done, claimed.path, numbers, progress)
     except KeyboardInterrupt:
+        done.results = sweep_folder.results_of(folder, planned)  # the workers have ended what they were at
         sweep_folder.write_sweep(planned, folder, "interrupted")
         return done
     progress.now("writing the report")
@@ -224,6 +225,8 @@ def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress)
         options = done.planned.options_of(done.planned.variant(number))
         there = folder / sweep_folder.KEPT_RUNS / f"variant-{number}"
         finished = execute(load(done.planned.request.scenario, options), there, SILENT, Execution(figures=False))
+        if isinstance(finished.ended, KeyboardInterrupt):
+            raise finished.ended
         done.kept[number] = finished.folder
 
 

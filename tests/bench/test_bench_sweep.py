@@ -1,6 +1,6 @@
 """Variants of `static` per second: one worker, two, and a Dask cluster, against stepping alone.
 
-Run by `uv run pytest tests/bench/test_bench_sweep.py --benchmark-only --benchmark-json FILE`, which has the rates as `extra_info`.
+Run by `uv run pytest tests/bench/test_bench_sweep.py --benchmark-only --benchmark-json FILE`; the file has the rates.
 """
 
 from __future__ import annotations

@@ -169,6 +169,22 @@ def test_a_sweep_that_is_killed_goes_on_without_losing_or_repeating_a_variant(re
     pd.testing.assert_frame_equal(values(table), values(reference), check_exact=True)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_a_sweep_in_order_and_says_how_to_go_on(built_fmus, in_tmp_path, number):
+    line = ("sweep", "static", "--vary", "plant.m=1500:2500", "--samples", "lhs:2000", "--out", "s")
+    command = [sys.executable, "-m", "orchestrator.command.main", *line]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        wait_until(lambda: len(read_journal(in_tmp_path / "s" / "done")) > 3)
+        process.send_signal(number)
+        *_, interrupted, remedy = process.stderr.read().splitlines()
+    assert process.returncode == 130
+    done = read_journal(in_tmp_path / "s" / "done")
+    assert interrupted == f"macrostep: interrupted after {len(done)} of 2000 variants"
+    assert remedy == "Go on with it: macrostep sweep s"
+    assert json.loads((in_tmp_path / "s" / "sweep.json").read_text())["status"] == "interrupted"
+
+
 def test_lines_that_a_killed_process_left_incomplete_are_no_results(tmp_path):
     result = VariantResult(3, 0.1, {"gap_edge": 0.1 + 0.2}, {"no_contact": True})
     write_journal(tmp_path, [result])
