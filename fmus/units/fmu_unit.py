@@ -75,6 +75,10 @@ class FmuUnit(Unit):
         self.called = lambda: self._failed_in
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
+        self._bound_to: tuple[object, object, object] = (None, None, None)
+        """The library and the columns that `_moves` belong to."""
+        self._moves: dict[tuple[Any, frozenset[str]], tuple[ValueCalls, list[Operation], list[Operation]]] = {}
+        """The calls that move values, by instance and by the inputs that nobody has a value for."""
         self._settings: dict[str, tuple[Column, Operation]] = {}
         """For each parameter that has been set, the value, and the call that sets it."""
         self._parameters: Mapping[str, Any] = {}
@@ -178,13 +182,28 @@ class FmuUnit(Unit):
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
-        self._calls = self._value_calls()  # the previous calls and what they keep alive are not needed any more
+        place = self._fmu, inputs, outputs
+        if not all(known is new for known, new in zip(self._bound_to, place, strict=True)):
+            self._bound_to, self._moves = (
+                place,
+                {},
+            )  # the previous calls and what they keep alive are not needed any more
+        key = self._component, frozenset(unset)
+        if key not in self._moves:
+            self._moves[key] = self._moves_of(inputs, outputs, unset)
+        self._calls, setters, getters = self._moves[key]
+        self._setters, self._getters = [*setters], [*getters]
+
+    def _moves_of(
+        self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str]
+    ) -> tuple[ValueCalls, list[Operation], list[Operation]]:
+        """The calls that move values, those that set and those that get, and what keeps alive what they use."""
+        self._calls = calls = self._value_calls()
         if unset:
-            moves = self._each("Set", inputs)
-            self._setters = [move for name, move in moves.items() if name not in unset]
+            setters = [move for name, move in self._each("Set", inputs).items() if name not in unset]
         else:
-            self._setters = self._calls.movers("Set", self.interface.inputs, inputs)
-        self._getters = self._calls.movers("Get", self.interface.recorded, outputs)
+            setters = calls.movers("Set", self.interface.inputs, inputs)
+        return calls, setters, calls.movers("Get", self.interface.recorded, outputs)
 
     def _each(self, verb: AccessVerb, columns: TypedColumns) -> dict[str, Operation]:
         """A call for each input or output, by name."""

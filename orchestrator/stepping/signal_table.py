@@ -71,6 +71,8 @@ class SignalTable:
         self._outputs: dict[str, TypedColumns] = {}
         self._driven: dict[str, tuple[dict[Type, list[int]], list[_Conversion]]] = {}
         """What drives the inputs of each unit, until something is held or released."""
+        self._inputs: dict[str, TypedColumns] = {}
+        """The columns of the inputs of each unit, as long as `_driven` has it."""
         self._gathers: dict[str, list[Operation]] = {}
         self._without_value: dict[str, list[str]] = {}
         for unit, _, name in (path.partition(".") for path in system.unset):
@@ -87,8 +89,9 @@ class SignalTable:
         """Undo all that was written and shown; the units have to be bound again where something was held."""
         for kind, column in self.columns.items():
             column[:] = zeros(kind, column.size)
-        self._held.clear()
-        self._driven.clear()
+        if self._held:
+            self._held.clear()
+            self._driven.clear()
         self._fill()
 
     def slots(self, unit: str, name: str, role: str) -> tuple[Type, slice]:
@@ -119,9 +122,9 @@ class SignalTable:
 
     def inputs(self, unit: str) -> TypedColumns:
         """The columns that a unit reads its inputs from, after the calls of `gathers`."""
-        if unit not in self._driven:
-            self._driven[unit] = self._drivers(unit)
-        indices, conversions = self._driven[unit]
+        if unit in self._driven and unit in self._inputs:
+            return self._inputs[unit]
+        indices, conversions = self._driven[unit] = self._drivers(unit)
         inputs: dict[Type, Column] = {}
         self._gathers[unit] = gathers = list[Operation]()
         for kind, places in indices.items():
@@ -133,6 +136,7 @@ class SignalTable:
                 inputs[kind] = zeros(kind, len(places))
                 gathers.append(Gather(column, np.array(places), inputs[kind]))
         gathers += [Copy(c.values, inputs[c.type][c.slots], c.conversion) for c in conversions]
+        self._inputs[unit] = inputs
         return inputs
 
     def bind(self, unit: Unit, waiting: Collection[str] = ()) -> None:
