@@ -92,6 +92,34 @@ class SceneOverrides(BaseModel):
         return _used(self.use, "scene") | self.parameters
 
 
+class Varied(BaseModel):
+    """The values that something has in a sweep."""
+
+    model_config = _STRICT
+
+    values: str | list[str | bool | int | float]
+    """A range `LOW:HIGH` or `log:LOW:HIGH`, a distribution of scipy.stats such as `normal:10,0.5`, or a list."""
+    unit: str = ""
+    """The unit of measurement of these values; that of the parameter, if not given."""
+    source: str = ""
+    """Where they come from."""
+
+
+class SweepTable(BaseModel):
+    """What `macrostep sweep` does with this scenario where the command says nothing else."""
+
+    model_config = _STRICT
+
+    vary: dict[str, Varied]
+    """What varies: by the path of a parameter, or the name of a socket."""
+    samples: str | None = None
+    """How it is sampled: `sobol:512`, `lhs:100`, `random:100`, `saltelli:64`, or a table, relative to this file."""
+    grid: str | None = None
+    """The number of values of each variation, in place of samples: `20`, or `20,5`."""
+    seed: Annotated[int, Field(ge=0)] = 0
+    """Which values are drawn."""
+
+
 def _used(names: Sequence[str], where: str) -> dict[str, Given]:
     """The values of parameter files; those of a later one replace those of an earlier one."""
     values: dict[str, Given] = {}
@@ -118,6 +146,8 @@ class ScenarioFile:
     """At every how many ticks the signals that match a pattern are recorded, 0 for never; the last match counts."""
     allow_nonfinite: Sequence[str]
     """Patterns of the signals that may be infinite or not a number although a unit reads them."""
+    sweep: SweepTable | None = None
+    """What a sweep varies where nothing else is asked for."""
 
 
 def parse_scenario(content: Mapping[str, Any], where: str) -> ScenarioFile:
@@ -148,6 +178,7 @@ def scenario_model() -> type[BaseModel]:
         "scene": (SceneOverrides, SceneOverrides()),
         "record": (Annotated[dict[str, Annotated[int, Field(ge=0)]], Field(description=_RECORD)], {}),
         "allow_nonfinite": (Annotated[list[str], Field(description=_NONFINITE)], []),
+        "sweep": (SweepTable | None, None),
     }
     return create_model("ScenarioFile", __config__=_STRICT, **entries)
 

@@ -56,6 +56,8 @@ def scenario_template(base: str, path: Path) -> str:
     every = dict(content.record) or {"*": 1}
     lines += ["", "[record]  # at every how many ticks signals are recorded, 0 for never; the last that fits counts"]
     lines += [f"{toml_value(pattern)} = {ticks}" for pattern, ticks in every.items()]
+    lines += ["", "# [sweep]  # what `macrostep sweep` does with this file", '# samples = "sobol:64"']
+    lines += ["# [sweep.vary]", '# "plant.m" = { values = "1500:2500", unit = "kg", source = "..." }']
     return "\n".join(lines) + "\n"
 
 

@@ -16,8 +16,9 @@ from components.interfaces.sockets import SOCKETS
 from orchestrator.loading import load
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
-from orchestrator.sweeping.sampling import SEARCH, Columns, Sampling, read_sampling, sampled
-from orchestrator.sweeping.variation import VARY, Variation, split, twice, value_problems, variation
+from orchestrator.scenario.scenario_file import Varied, read
+from orchestrator.sweeping.sampling import SEARCH, TABLES, Columns, Sampling, read_sampling, sampled
+from orchestrator.sweeping.variation import VARY, Variation, spelled, split, twice, value_problems, variation
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
 from orchestrator.system.scene import Scene
@@ -156,7 +157,7 @@ def _asked(request: SweepRequest, wrong: Gathered) -> tuple[dict[str, str], Colu
     """What varies, as far as it can be read; and the values where a table has them."""
     pairs = [pair for text in request.vary if (pair := wrong.attempt(lambda text=text: split(text), None))]
     wrong.problems += twice(pairs)
-    if request.samples is not None and request.samples.endswith((".csv", ".parquet")):
+    if request.samples is not None and request.samples.endswith(TABLES):
         if pairs:
             wrong.problems.append(Problem(VARY, f"it beside the table {request.samples}", "one of them"))
         nothing: Columns = {}
@@ -213,6 +214,36 @@ def _variable(path: str, scenario: Scenario) -> UnitVariable:
         raise_if_any(told)
         raise refuse(f"{VARY} {path}", "an unknown parameter", "one that `macrostep check` lists")
     return found
+
+
+def completed(request: SweepRequest) -> SweepRequest:
+    """A request with what the table `sweep` of its scenario says, where it says nothing itself of what varies.
+
+    Raises:
+        RequestError: The scenario cannot be read.
+    """
+    of_table = request.samples is not None and request.samples.endswith(TABLES)
+    if request.vary or of_table or Path(request.scenario).is_dir() or request.scenario.endswith((".ssp", ".fmu")):
+        return request
+    table = read(request.scenario)[1].sweep
+    if table is None:
+        return request
+    asks = request.samples is not None or request.grid is not None or request.find is not None
+    samples = table.samples
+    if samples is not None and samples.endswith(TABLES):
+        samples = str(Path(request.scenario).parent / samples)
+    return replace(
+        request,
+        vary=tuple(f"{path}={_spelled(varied)}" for path, varied in table.vary.items()),
+        samples=request.samples if asks else samples,
+        grid=request.grid if asks else table.grid,
+        seed=request.seed or table.seed,
+    )
+
+
+def _spelled(varied: Varied) -> str:
+    """Values of a file as they are typed."""
+    return spelled(varied.values) + (f" [{varied.unit}]" if varied.unit else "")
 
 
 def absolute(request: SweepRequest) -> SweepRequest:

@@ -20,6 +20,8 @@ SAMPLES_OPTION: Final = "--samples"
 GRID_OPTION: Final = "--grid"
 VARIANT: Final = "variant"
 """The column of the tables of a sweep that has the number of the variant."""
+TABLES: Final = (".csv", ".parquet")
+"""The endings of tables."""
 SEARCH: Final = "search"
 """The kind of sampling that looks for failures."""
 MOST: Final = 10_000_000
@@ -107,7 +109,7 @@ def read_sampling(samples: str | None, grid: str | None, variations: Sequence[Va
             remedy = f"Try {SAMPLES_OPTION} sobol:64, or {GRID_OPTION} 10."
             raise refuse(SAMPLES_OPTION, f"nothing that says how {ranges[0]} is sampled", _VALID, remedy)
         return Sampling("grid")
-    if samples.endswith((".csv", ".parquet")):
+    if samples.endswith(TABLES):
         return Sampling("table", table=Path(samples))
     kind, _, number = samples.partition(":")
     if kind not in SAMPLINGS:

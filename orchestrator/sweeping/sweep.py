@@ -20,8 +20,9 @@ from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
-from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, Variant, absolute, iterate, plan
+from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, Variant, absolute, completed, iterate, plan
 from orchestrator.sweeping.search import FailureSearch
+from orchestrator.sweeping.variation import spelled
 from orchestrator.sweeping.work import SweepTask, VariantResult
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
@@ -89,20 +90,13 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     Raises:
         RequestError: Something is wrong with the request; the error has all problems, and nothing was run.
     """
-    texts = tuple(f"{path}={_spelled(values)}" for path, values in variations.items())
+    texts = tuple(f"{path}={spelled(values)}" for path, values in variations.items())
     request = SweepRequest(str(scenario), texts, samples, grid, seed, find, budget, options)
     force = workforce(None, None) if executor is None else of_executor(executor)
     done = run_sweep(request, force, out, keep, progress)
     table = sweep_folder.results_table(done.planned, done.results)
     table.attrs["folder"] = str(done.folder)
     return table
-
-
-def _spelled(values: Any) -> str:
-    if isinstance(values, str):
-        return values
-    items: list[object] = list(values) if isinstance(values, tuple | list) else [values]  # type: ignore[unknown]
-    return ",".join(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
 
 
 def run_sweep(
@@ -122,7 +116,7 @@ def run_sweep(
     """
     progress.now("getting ready")
     with ExitStack() as working:
-        request = absolute(request)
+        request = absolute(completed(request))
         planned = plan(request, progress)
         _check_kept(keep, planned)
         claimed = working.enter_context(sweep_folder.new_sweep(planned, out))

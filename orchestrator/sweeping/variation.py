@@ -111,6 +111,14 @@ def twice(variations: Sequence[tuple[str, str]]) -> Iterator[Problem]:
         seen.add(path)
 
 
+def spelled(values: object) -> str:
+    """Values as they are typed: a text as it is, a list with commas between its items."""
+    if isinstance(values, str):
+        return values
+    items: list[object] = list(values) if isinstance(values, tuple | list) else [values]  # type: ignore[unknown]
+    return ",".join(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
+
+
 def split(text: str) -> tuple[str, str]:
     """The path and the values of `PATH=VALUES`. Raises `RequestError` where a text has another form."""
     path, sign, values = text.partition("=")

@@ -136,6 +136,27 @@ def test_what_fills_a_socket_varies_as_well(built_fmus, in_tmp_path):
     assert (table["status"] == "finished").all()
 
 
+def test_a_scenario_file_says_what_varies_where_the_command_does_not(built_fmus, macrostep, in_tmp_path):
+    assert macrostep("scenario", "new", "mine.toml")[0] == 0
+    file = in_tmp_path / "mine.toml"
+    vary = '"plant.v_x_start" = { values = "36:39.6", unit = "km/h" }\n"plant.mu" = { values = [0.7, 0.9] }\n'
+    file.write_text(file.read_text() + f'[sweep]\nsamples = "lhs:4"\nseed = 3\n[sweep.vary]\n{vary}')
+    assert macrostep("sweep", "mine.toml", "--stop-time", "2", "--on", "threads", "--out", "a")[0] == 0
+    table = pd.read_parquet(in_tmp_path / "a" / "metrics.parquet")
+    assert table["plant.v_x_start"].between(10, 11).all()
+    assert set(table["plant.mu"]) == {0.7, 0.9}
+    told = json.loads((in_tmp_path / "a" / "sweep.json").read_text())
+    assert (told["variants"], told["request"]["seed"]) == (4, 3)
+    line = ("sweep", "mine.toml", "--vary", "plant.m=1500,1600", "--stop-time", "2", "--on", "threads", "--out", "b")
+    assert macrostep(*line)[0] == 0
+    assert list(pd.read_parquet(in_tmp_path / "b" / "metrics.parquet")["plant.m"]) == [1500.0, 1600.0]
+    file.write_text(file.read_text() + '"plant.mm" = { values = "1:2" }\n"plant.m" = { values = "1:2", unit = "m" }\n')
+    code, _, err = macrostep("sweep", "mine.toml")
+    assert code == 2
+    assert "plant.mm: found an unknown parameter" in err
+    assert "macrostep: --vary plant.m=1:2 [m]: found `1 [m]`" in err
+
+
 def test_what_is_refused_in_one_variant_is_its_fault(built_fmus, in_tmp_path, monkeypatch):
     def refuse(*_):
         raise RequestError([])
