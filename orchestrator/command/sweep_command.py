@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
@@ -58,9 +59,9 @@ _Find: TypeAlias = Annotated[
     ),
 ]
 _Budget: TypeAlias = Annotated[
-    str, typer.Option(metavar="TIME", help="How long failures are looked for: `60s`, `10min`, or N variants.")
+    str | None, typer.Option(metavar="TIME", help="How long failures are looked for: `60s`, `10min`, or N variants.")
 ]
-_Seed: TypeAlias = Annotated[int, typer.Option(metavar="S", help="Which values are drawn.")]
+_Seed: TypeAlias = Annotated[int | None, typer.Option(metavar="S", help="Which values are drawn.")]
 _On: TypeAlias = Annotated[
     str | None,
     typer.Option(metavar="WHERE", help="Who works: `processes` (the usual), `threads`, or a Dask cluster tcp://..."),
@@ -84,8 +85,8 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
     samples: _Samples = None,
     grid: _Grid = None,
     find: _Find = None,
-    budget: _Budget = "60s",
-    seed: _Seed = 0,
+    budget: _Budget = None,
+    seed: _Seed = None,
     on: _On = None,
     jobs: _Jobs = None,
     keep: _Keep = None,
@@ -103,18 +104,23 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
         from orchestrator.sweeping.plan import SweepRequest  # noqa: PLC0415
         from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
 
-        kept = tuple(keep) if keep is not None else sweeping.WORST
+        force = partial(workforce, on, jobs)
         if is_sweep(Path(request)):
-            asked = {"--vary": vary, "--samples": samples, "--grid": grid, "--find": find, "--seed": seed}
-            _refuse({**asked, "--out": folder, "other options": None if options == UNCHANGED else options})
-            done = sweeping.go_on(Path(request), workforce(on, jobs), kept, progress)
+            asked = {"--vary": vary, "--samples": samples, "--grid": grid, "--find": find, "--budget": budget}
+            changed = None if options == UNCHANGED else options
+            _refuse({**asked, "--seed": seed, "--out": folder, "other options": changed})
+            done = sweeping.go_on(Path(request), force, keep, progress)
         else:
-            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed, find, budget, options)
-            done = sweeping.run_sweep(wanted, workforce(on, jobs), folder, kept, progress)
+            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed or 0, find, budget or "60s", options)
+            done = sweeping.run_sweep(wanted, force, folder, keep, progress)
     print_notes(dict.fromkeys((*done.remarks, *done.planned.scenario.remarks)))
     if not done.is_whole:
-        err.print(f"macrostep: interrupted after {len(done.results)} of {len(done.planned)} variants", style="red")
-        err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
+        count = f" of {len(done.planned)}" if done.planned.request.find is None else ""
+        err.print(f"macrostep: interrupted after {len(done.results)}{count} variants", style="red")
+        if done.planned.request.find is None:
+            err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
+        elif done.results:
+            _print_found(done)
         raise typer.Exit(INTERRUPTED)
     _print(done)
 
@@ -122,7 +128,9 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
 def _refuse(asked: Mapping[str, object]) -> None:
     """Refuse what cannot be asked of a sweep that has begun. Raises `RequestError`."""
     valid = "only --on, --jobs and --keep"
-    raise_if_any(Problem(name, "it for a sweep that has begun", valid) for name, value in asked.items() if value)
+    raise_if_any(
+        Problem(name, "it for a sweep that has begun", valid) for name, value in asked.items() if value is not None
+    )
 
 
 def _print(done: Swept) -> None:
@@ -131,14 +139,14 @@ def _print(done: Swept) -> None:
     from orchestrator.sweeping.ranking import badness, in_words  # noqa: PLC0415
     from orchestrator.sweeping.sweep_folder import results_table  # noqa: PLC0415
 
+    if done.planned.request.find is not None:
+        _print_found(done)
+        return
     table = results_table(done.planned, done.results)
     out.print(f"{done.planned.scenario.name}: {len(table)} variants, {done.planned.sampling}", style="bold")
     for share in (share for share in findings.shares(table) if share.known):
         interval = f"{100 * share.low:.1f} to {100 * share.high:.1f} %"
         out.print(f"  {share.name:24}{100 * share.value:.1f} %  ({share.holds} of {share.known}; 95 %: {interval})")
-    if done.planned.request.find is not None:
-        _print_found(done)
-        return
     worst = min(done.results.values(), key=badness)
     out.print(f"  {'worst':24}variant {worst.variant}: {in_words(worst)}")
     _print_folder(done)
@@ -149,7 +157,7 @@ def _print_found(done: Swept) -> None:
     from orchestrator.sweeping.ranking import in_words  # noqa: PLC0415
 
     kinds = f"{len(done.found)} kinds of failure" if len(done.found) != 1 else "one kind of failure"
-    out.print(f"{done.planned.request.find}: {kinds}", style="bold")
+    out.print(f"{done.planned.request.find}: {kinds}, in {len(done.results)} variants", style="bold")
     told = [(number, "") for number in done.found]
     told += [(done.mildest, ", the mildest")] if done.mildest is not None else []
     for number, what in told:

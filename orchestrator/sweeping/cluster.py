@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 
 _ANSWERS_WITHIN: Final = 10
 """[s] The time that a scheduler has to answer."""
+_WITHOUT_WORKERS: Final = 30.0
+"""[s] The time after which a cluster without workers is given up."""
 _TRIES: Final = 3
 """How often a batch is given to another worker after one was lost."""
 
@@ -51,7 +55,34 @@ def dask_workforce(address: str, jobs: int | None) -> Workforce:
         raise
     threads = sum(worker["nthreads"] for worker in workers.values())
     words = f"{len(workers)} workers of {address}"
-    return Workforce(lambda _: _Cluster(client), jobs or threads, is_here=False, replaceable=False, words=words)
+    return Workforce(
+        lambda _: _Cluster(client),
+        jobs or threads,
+        is_here=False,
+        replaceable=False,
+        words=words,
+        lost=_Watch(client, where, set(workers)).lost,
+    )
+
+
+class _Watch:
+    """Looks which workers a cluster has lost."""
+
+    def __init__(self, client: Client, where: str, workers: set[str]) -> None:
+        self._client, self._where, self._workers = client, where, workers
+        self._last = time.monotonic()
+
+    def lost(self) -> Iterator[str]:
+        """A line for each worker that is gone. Raises `RequestError` where there has been none for a while."""
+        present: set[str] = set(self._client.scheduler_info(n_workers=-1)["workers"])
+        for worker in sorted(self._workers - present):
+            yield f"the worker {worker} was lost; others take over what it was at"
+        self._workers = present
+        if present:
+            self._last = time.monotonic()
+        elif time.monotonic() - self._last > _WITHOUT_WORKERS:
+            remedy = "Start some, and go on with the sweep by its folder."
+            raise refuse(self._where, f"no worker for {_WITHOUT_WORKERS:g} s", "a cluster with workers", remedy)
 
 
 def _empty(where: str, address: str) -> Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from components.interfaces.problem import refuse
+from components.interfaces.progress import SILENT, Progress
 from orchestrator.sweeping.plan import Variant
 from orchestrator.sweeping.work import (
     SweepTask,
@@ -40,6 +41,8 @@ _LARGEST: Final = 64
 """Variants of a batch at most: so many are in doubt when a process dies."""
 _AHEAD: Final = 2
 """Batches that wait for each worker."""
+_LOOKS_EVERY: Final = 2.0
+"""[s] The time between two looks at the workers of a cluster."""
 DIED: Final = "the process that ran it died"
 
 
@@ -55,6 +58,8 @@ class Workforce:
     replaceable: bool
     """Whether an executor that broke can be made anew."""
     words: str
+    lost: Callable[[], Iterator[str]] | None = None
+    """Gives a line for each worker that was lost since it was asked last; raises an error where none is left."""
 
     def executor(self) -> Executor:
         """An executor with all workers."""
@@ -122,10 +127,11 @@ class Engine:
         task: The sweep.
         force: Who works on it.
         journal: Where what is done is written down.
+        progress: Is told of workers that were lost.
     """
 
-    def __init__(self, task: SweepTask, force: Workforce, journal: Path) -> None:
-        self._task, self._force, self._journal = task, force, journal
+    def __init__(self, task: SweepTask, force: Workforce, journal: Path, progress: Progress = SILENT) -> None:
+        self._task, self._force, self._journal, self._progress = task, force, journal, progress
         self._seconds = 0.0
         self._executor: Executor | None = None
 
@@ -158,17 +164,33 @@ class Engine:
                 more = batch is not None
                 if batch is not None:
                     pending[self._submit(batch)] = batch
-            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-            for future in finished:
+            for future in self._finished(pending) if pending else ():
                 batch = pending.pop(future)
                 try:
-                    results = future.result()
+                    yield from self._noted(future.result())
                 except BrokenExecutor:
                     lost = [variant for one in (batch, *pending.values()) for variant in one]
                     pending.clear()
                     yield from self._after_death(lost)
                     break
-                yield from self._noted(results)
+                except Exception as error:
+                    if self._force.lost is None:
+                        raise
+                    # A cluster gives up on what has lost it several workers: who of the batch did it?
+                    if len(batch) == 1:
+                        words = f"{DIED} ({type(error).__name__})"
+                        yield from self._noted([VariantResult(batch[0].number, 0.0, {}, {}, words, words)])
+                    pending |= {self._submit([v]): [v] for v in batch if len(batch) > 1}
+
+    def _finished(self, pending: Collection[Future[Any]]) -> Collection[Future[Any]]:
+        """Wait for the next that is done; meanwhile tell of workers that were lost."""
+        while True:
+            every = None if self._force.lost is None else _LOOKS_EVERY
+            finished, _ = wait(pending, every, FIRST_COMPLETED)
+            for line in () if self._force.lost is None else self._force.lost():
+                self._progress.done(line)
+            if finished:
+                return finished
 
     def _submit(self, batch: list[Variant]) -> Future[list[VariantResult]]:
         assert self._executor is not None  # noqa: S101 - `run` is called in the block of `working`

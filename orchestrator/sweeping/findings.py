@@ -100,11 +100,15 @@ def groups(table: pd.DataFrame) -> list[Group]:
     by_cause: dict[str, list[int]] = {}
     verdicts = verdict_names(table)
     for row in table.to_dict("records"):
-        failed = [name.replace("_", " ") for name in verdicts if row[name] is False or row[name] is np.False_]
-        cause = str(row[CAUSE]) or (f"not: {', '.join(failed)}" if failed else "")
-        if cause:
+        if cause := cause_of({str(name): value for name, value in row.items()}, verdicts):
             by_cause.setdefault(cause, []).append(int(row[VARIANT]))
     return sorted((Group(c, tuple(v)) for c, v in by_cause.items()), key=lambda group: -len(group.variants))
+
+
+def cause_of(row: Mapping[str, Any], verdicts: Sequence[str]) -> str:
+    """Why a variant fails: its fault without the time, or the verdicts that do not hold; empty where it does not."""
+    failed = [name.replace("_", " ") for name in verdicts if row[name] is False or row[name] is np.False_]
+    return str(row[CAUSE]) or (f"not: {', '.join(failed)}" if failed else "")
 
 
 def sobol_table(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, dict[str, tuple[float, float]]]:

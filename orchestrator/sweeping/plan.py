@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from itertools import product
 from pathlib import Path
 
-from components.interfaces.problem import Gathered, Problem, raise_if_any, refuse
+from components.interfaces.problem import Gathered, Problem, RequestError, raise_if_any, refuse
 from components.interfaces.progress import SILENT, Progress
 from components.interfaces.quantity import Quantity
 from components.interfaces.record import variables
@@ -17,7 +17,7 @@ from orchestrator.loading import load
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
 from orchestrator.scenario.scenario_file import Varied, read
-from orchestrator.sweeping.sampling import SEARCH, TABLES, Columns, Sampling, read_sampling, sampled
+from orchestrator.sweeping.sampling import SAMPLES_OPTION, SEARCH, TABLES, Columns, Sampling, read_sampling, sampled
 from orchestrator.sweeping.variation import VARY, Variation, spelled, split, twice, value_problems, variation
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
@@ -70,8 +70,13 @@ class PlannedSweep:
     """The value of each path in each variant, as `--set` takes it."""
     quantities: Mapping[str, Quantity | None]
     """What each path is; None for a socket."""
-    scenario: Scenario
-    """The scenario before anything varies."""
+    scenarios: Mapping[str, Scenario]
+    """The scenario with each combination of units that fill sockets, before anything else varies."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """The first of the scenarios."""
+        return next(iter(self.scenarios.values()))
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -117,28 +122,32 @@ def plan(request: SweepRequest, progress: Progress = SILENT) -> PlannedSweep:
     wrong = Gathered()
     if request.seed < 0:
         wrong.problems.append(Problem("--seed", f"{request.seed}", "a whole number, 0 or more"))
-    texts, columns = _asked(request, wrong)
-    scenarios = wrong.attempt(
-        lambda: _scenarios(request, {p: texts[p] for p in texts if p in SOCKETS}, progress), list[Scenario]()
-    )
+    asked, columns = _asked(request, wrong)
+    fillings = {path: one.choices for path, one in asked.items() if isinstance(one, Variation)}
+    scenarios = wrong.attempt(lambda: _scenarios(request, fillings, progress), dict[str, Scenario]())
     quantities: dict[str, Quantity | None] = {}
     variations: list[Variation] = []
-    for path, text in texts.items() if scenarios else ():
+    for path, one in asked.items() if scenarios else ():
         found = wrong.attempt(lambda path=path: [_quantity(path, scenarios)], list[Quantity | None]())
         for quantity in found:  # it is one, or there is none
             quantities[path] = quantity
-            read = partial(_variation, path, text, quantity, from_table=bool(columns))
+            read = partial(_variation, path, one, quantity, columns.get(path))
             variations += wrong.attempt(lambda read=read: [read()], list[Variation]())
-    everything = bool(texts) and len(variations) == len(texts)
+    everything = bool(asked) and len(variations) == len(asked)
     sampling = wrong.attempt(lambda: _sampling(request, variations), None)
-    if sampling is not None and sampling.kind == SEARCH:
-        columns = {v.path: list[str]() for v in variations}
-    elif sampling is not None and everything:
-        columns = columns or sampled(sampling, variations, request.seed)
-        wrong.problems += [p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path])]
+    if sampling is not None and everything and not wrong.problems:
+        columns = columns or _values(sampling, variations, request.seed)
+        where = f"{SAMPLES_OPTION} {request.samples}, row " if sampling.table is not None else ""
+        wrong.problems += [p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path], where)]
     raise_if_any(dict.fromkeys(wrong.problems))
     assert sampling is not None  # noqa: S101 - it would be a problem
-    return PlannedSweep(request, sampling, tuple(variations), columns, quantities, scenarios[0])
+    return PlannedSweep(request, sampling, tuple(variations), columns, quantities, scenarios)
+
+
+def _values(sampling: Sampling, variations: Sequence[Variation], seed: int) -> Columns:
+    if sampling.kind == SEARCH:
+        return {v.path: list[str]() for v in variations}
+    return sampled(sampling, variations, seed)
 
 
 def _sampling(request: SweepRequest, variations: Sequence[Variation]) -> Sampling:
@@ -153,46 +162,71 @@ def _sampling(request: SweepRequest, variations: Sequence[Variation]) -> Samplin
     return Sampling(SEARCH)
 
 
-def _asked(request: SweepRequest, wrong: Gathered) -> tuple[dict[str, str], Columns]:
-    """What varies, as far as it can be read; and the values where a table has them."""
+def _asked(request: SweepRequest, wrong: Gathered) -> tuple[dict[str, Variation | str], Columns]:
+    """What varies, a socket with its units and a parameter by its text; and the values where a table has them."""
     pairs = [pair for text in request.vary if (pair := wrong.attempt(lambda text=text: split(text), None))]
     wrong.problems += twice(pairs)
+    columns: Columns = {}
+    texts = dict(pairs)
     if request.samples is not None and request.samples.endswith(TABLES):
         if pairs:
             wrong.problems.append(Problem(VARY, f"it beside the table {request.samples}", "one of them"))
-        nothing: Columns = {}
-        columns = wrong.attempt(lambda: sampled(read_sampling(request.samples, request.grid, ()), (), 0), nothing)
-        return {path: ",".join(dict.fromkeys(values)) for path, values in columns.items()}, columns
-    if not request.vary:
+        columns = wrong.attempt(lambda: sampled(read_sampling(request.samples, request.grid, ()), (), 0), columns)
+        texts = {path: f"{len(values)} values of the table" for path, values in columns.items()}
+    elif not request.vary:
         wrong.problems.append(Problem(VARY, "nothing that varies", "PATH=VALUES", "Try --vary plant.m=1500:2500."))
-    return dict(pairs), {}
+    asked: dict[str, Variation | str] = {}
+    for path, text in texts.items():
+        if path in SOCKETS:
+            values = columns.get(path)
+            asked |= wrong.attempt(lambda p=path, t=text, v=values: {p: _filling(p, t, v)}, dict[str, Variation]())
+        else:
+            asked[path] = text
+    for path in columns.keys() & SOCKETS.keys():
+        columns[path] = [absolute_file(unit) for unit in columns[path]]
+    return asked, columns
 
 
-def _variation(path: str, text: str, quantity: Quantity | None, *, from_table: bool) -> Variation:
-    if from_table:  # whose values are looked at one by one
-        return Variation(path, text, tuple(text.split(",")))
-    return variation(path, text, quantity)
+def _filling(socket: str, text: str, values: Sequence[str] | None) -> Variation:
+    """The units that fill a socket, files by their absolute paths. Raises `RequestError`."""
+    found = variation(socket, text, None) if values is None else Variation(socket, text, tuple(dict.fromkeys(values)))
+    units = tuple(absolute_file(unit) for unit in found.choices)
+    if len(set(units)) < len(units) and values is None:
+        raise refuse(f"{VARY} {socket}={text}", "a unit twice", "a list of different units")
+    return replace(found, choices=tuple(dict.fromkeys(units)))
 
 
-def _scenarios(request: SweepRequest, fillings: Mapping[str, str], progress: Progress) -> list[Scenario]:
-    """The scenario with each combination of units that fill sockets, without the values that vary."""
-    read = {socket: variation(socket, text, None).choices for socket, text in fillings.items()}
-    scenarios: list[Scenario] = []
+def _variation(path: str, asked: Variation | str, quantity: Quantity | None, values: Sequence[str] | None) -> Variation:
+    if isinstance(asked, Variation):
+        return asked
+    return variation(path, asked, quantity) if values is None else Variation(path, asked, tuple(dict.fromkeys(values)))
+
+
+def _scenarios(request: SweepRequest, fillings: Mapping[str, Sequence[str]], progress: Progress) -> dict[str, Scenario]:
+    """The scenario with each combination of units that fill sockets, which is named, without the values that vary."""
+    scenarios: dict[str, Scenario] = {}
     wrong = Gathered()
-    for chosen in product(*read.values()):
-        replacements = {**request.options.replacements, **dict(zip(read, chosen, strict=True))}
-        options = replace(request.options, replacements=replacements)
+    for chosen in product(*fillings.values()):
+        filled = dict(zip(fillings, chosen, strict=True))
+        options = replace(request.options, replacements={**request.options.replacements, **filled})
         scenario = wrong.attempt(lambda options=options: load(request.scenario, options, progress), None)
-        scenarios += [scenario] if scenario is not None else []
+        if scenario is not None:
+            scenarios[", ".join(f"{socket}={unit}" for socket, unit in filled.items())] = scenario
     raise_if_any(dict.fromkeys(wrong.problems))
     return scenarios
 
 
-def _quantity(path: str, scenarios: Sequence[Scenario]) -> Quantity | None:
+def _quantity(path: str, scenarios: Mapping[str, Scenario]) -> Quantity | None:
     """What a path is in every scenario; None for a socket. Raises `RequestError` where it is nothing."""
     if path in SOCKETS:
         return None
-    found = [_variable(path, scenario) for scenario in scenarios]
+    found: list[UnitVariable] = []
+    for filled, scenario in scenarios.items():
+        try:
+            found.append(_variable(path, scenario))
+        except RequestError as error:
+            told = [replace(p, found=f"{p.found}, with {filled}" if filled else p.found) for p in error.problems]
+            raise RequestError(told) from None
     variable = found[0]
     return replace(variable.variable.quantity, shape=()) if variable.index else variable.variable.quantity
 
@@ -252,7 +286,19 @@ def absolute(request: SweepRequest) -> SweepRequest:
     replacements = {socket: absolute_file(str(unit)) for socket, unit in options.replacements.items()}
     table = None if options.input is None else str(Path(options.input).resolve())
     changed = replace(options, replacements=replacements, input=table)
-    return replace(request, scenario=absolute_file(request.scenario), options=changed)
+    samples = request.samples
+    if samples is not None and samples.endswith(TABLES):
+        samples = str(Path(samples).resolve())
+    vary = tuple(map(_absolute_values, request.vary))
+    return replace(request, scenario=absolute_file(request.scenario), vary=vary, samples=samples, options=changed)
+
+
+def _absolute_values(text: str) -> str:
+    """What varies, with absolute paths where units fill a socket."""
+    path, sign, values = text.partition("=")
+    if not sign or path.strip() not in SOCKETS:
+        return text
+    return f"{path}={','.join(absolute_file(unit.strip()) for unit in values.split(','))}"
 
 
 def absolute_file(text: str) -> str:

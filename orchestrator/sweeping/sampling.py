@@ -14,7 +14,8 @@ import numpy as np
 
 from components.interfaces.maths import Array
 from components.interfaces.problem import did_you_mean, refuse
-from orchestrator.sweeping.variation import Variation
+from orchestrator.sweeping.variation import MOST, Variation
+from orchestrator.system.value_texts import behind
 
 SAMPLES_OPTION: Final = "--samples"
 GRID_OPTION: Final = "--grid"
@@ -24,8 +25,6 @@ TABLES: Final = (".csv", ".parquet")
 """The endings of tables."""
 SEARCH: Final = "search"
 """The kind of sampling that looks for failures."""
-MOST: Final = 10_000_000
-"""The most variants of a sweep."""
 
 Columns: TypeAlias = dict[str, list[str]]
 """The value of each path in each variant, as `--set` takes it."""
@@ -181,18 +180,20 @@ def read_table(path: Path) -> Columns:
     except (OSError, ValueError, UnicodeError) as error:
         reason = str(error).strip().splitlines()[0]
         raise refuse(where, f"a file that cannot be read ({reason})", "a table with a column for each path") from None
-    names = [str(name).strip() for name in frame.columns]
-    frame = frame[[c for c, name in zip(frame.columns, names, strict=True) if name != VARIANT]]
-    names = [name for name in names if name != VARIANT]
-    if not names or not len(frame):
+    columns: Columns = {}
+    for heading in frame.columns:
+        name, unit = behind(str(heading).strip()) or (str(heading).strip(), "")
+        if name in columns:
+            raise refuse(where, f"the column {name} twice", "each path once")
+        values = [_cell(value) for value in frame[heading].tolist()]
+        if "" in values:
+            row = values.index("") + 1
+            raise refuse(f"{where}, row {row}, {name}", "an empty cell", "a value in each cell")
+        if name != VARIANT:
+            columns[name] = [f"{value} [{unit}]" for value in values] if unit else values
+    if not columns or not len(frame):
         raise refuse(where, "a table without values", "a column for each path, and a row for each variant")
-    if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise refuse(where, f"the column {twice} twice", "each path once")
-    return {
-        name: [_cell(value) for value in frame[column].tolist()]
-        for name, column in zip(names, frame.columns, strict=True)
-    }
+    return columns
 
 
 def _cell(value: Any) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -25,7 +25,7 @@ _FORM: Final = "METRIC < NUMBER, METRIC > NUMBER, not VERDICT, or fault"
 _COMPARISON: Final = re.compile(
     r"\s*(?P<name>\w+)\s*(?P<sign><=?|>=?)\s*(?P<bound>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
 )
-_VERDICT: Final = re.compile(r"\s*not\s+(?P<name>\w+)\s*")
+_VERDICT: Final = re.compile(r"\s*not\s+(?P<name>\w+(?:[ _]\w+)*)\s*")
 _TIME: Final = re.compile(r"(?P<number>\d+\.?\d*)\s*(?P<unit>s|min|h)?")
 _SECONDS: Final = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _APART: Final = 0.15
@@ -80,7 +80,7 @@ def read_aim(text: str) -> Aim:
     if text.strip() == "fault":
         return Aim(text, "", "fault")
     if match := _VERDICT.fullmatch(text):
-        return Aim(text, match["name"], "not")
+        return Aim(text, match["name"].replace(" ", "_"), "not")
     match = _COMPARISON.fullmatch(text)
     if match is None:
         raise refuse(f"{FIND} {text}", "text of another form", _FORM, "Try --find 'gap_edge < 0'.")
@@ -130,6 +130,8 @@ class FailureSearch:
         self._budget = read_budget(self.planned.request.budget)
         self._began = self.clock()
         self._avoided: list[Array] = []
+        self._known: dict[tuple[str, ...], int] = {}
+        """The variants by their values."""
 
     def go(self) -> None:
         """Look for failures until the budget is used, or nothing new is found.
@@ -200,20 +202,29 @@ class FailureSearch:
 
     def _margins(self, shares: Array) -> Array:
         """Run the variants at some places `(d, n)`, and give their margins `(n,)`."""
-        first = len(self.places)
-        left = self._budget.variants - first
-        if left < 1 or self.clock() - self._began > self._budget.seconds:
-            raise _SpentError
         shares = np.clip(shares, 0.0, np.nextafter(1.0, 0.0))
-        asked = shares[:, : int(min(shares.shape[1], left))]
-        for variation, row in zip(self.planned.variations, asked, strict=True):
-            self.planned.columns[variation.path] += variation.at(row)
-        self.places += list(asked.T)
-        self.margins += [float("inf")] * asked.shape[1]
+        columns = [v.at(row) for v, row in zip(self.planned.variations, shares, strict=True)]
+        wanted = [*zip(*columns, strict=True)]
+        new = {values: i for i, values in reversed([*enumerate(wanted)]) if values not in self._known}
+        left = self._budget.variants - len(self.places)
+        if new and (left < 1 or self.clock() - self._began > self._budget.seconds):
+            raise _SpentError
+        self._run(dict(sorted(new.items(), key=lambda item: item[1])[: int(min(len(new), left))]), shares)
+        if len(new) > left:
+            raise _SpentError
+        return np.array([self.margins[self._known[values]] for values in wanted])
+
+    def _run(self, new: Mapping[tuple[str, ...], int], shares: Array) -> None:
+        """Run variants with values that nobody has seen, each with its column of `shares`."""
+        first = len(self.places)
+        for number, (values, i) in enumerate(new.items(), first):
+            self._known[values] = number
+            for variation, value in zip(self.planned.variations, values, strict=True):
+                self.planned.columns[variation.path].append(value)
+            found = zip(self.planned.variations, shares[:, i].tolist(), strict=True)
+            self.places.append(np.array([variation.place(share) for variation, share in found]))
+        self.margins += [float("inf")] * len(new)
         for result in self.run(self.planned.variant(number) for number in range(first, len(self.places))):
             if not first:
                 self._aim.check(result)
             self.margins[result.variant] = self._aim.margin(result)
-        if asked.shape[1] < shares.shape[1]:
-            raise _SpentError
-        return np.array(self.margins[first:])

@@ -6,13 +6,13 @@ import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from components.interfaces.arguments import checked_arguments
-from components.interfaces.problem import RequestError
+from components.interfaces.interruption import without_interrupts
+from components.interfaces.problem import Gathered, RequestError, raise_if_any
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.execution import Execution, execute
 from orchestrator.loading import load
@@ -22,7 +22,7 @@ from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
 from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, Variant, absolute, completed, iterate, plan
 from orchestrator.sweeping.search import FailureSearch
-from orchestrator.sweeping.variation import spelled
+from orchestrator.sweeping.variation import MOST, spelled
 from orchestrator.sweeping.work import SweepTask, VariantResult
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
@@ -40,8 +40,10 @@ class Swept:
     planned: PlannedSweep
     results: dict[int, VariantResult]
     """By the number of the variant."""
-    is_whole: bool
-    """Whether all variants are done."""
+    is_whole: bool = False
+    """Whether all variants are done, and the folder is complete."""
+    seconds: float = 0.0
+    """[s] The time that it took, with that of before it was stopped."""
     remarks: list[str] = field(default_factory=list[str])
     kept: dict[int, Path] = field(default_factory=dict[int, Path])
     """The run folders of those that are kept, the worst first."""
@@ -64,7 +66,7 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     options: Options = UNCHANGED,
     executor: Executor | None = None,
     out: Path | None = None,
-    keep: Sequence[str] = WORST,
+    keep: Sequence[str] | None = None,
     progress: Progress = SILENT,
 ) -> pd.DataFrame:
     """Run many variants of a scenario, on all cores, and write the folder of a sweep.
@@ -81,7 +83,8 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
         options: What is changed in all variants.
         executor: Who works: any executor of `concurrent.futures`; a process for each core if not given.
         out: The folder; the next free `runs/NAME-sweep-N` if not given.
-        keep: The variants whose run folders are kept: `worst:10`, or numbers.
+        keep: The variants whose run folders are kept: `worst:10`, or numbers; the three worst if not given, and what
+            a search finds.
         progress: Receives reports on what is going on.
 
     Returns:
@@ -92,47 +95,56 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     """
     texts = tuple(f"{path}={spelled(values)}" for path, values in variations.items())
     request = SweepRequest(str(scenario), texts, samples, grid, seed, find, budget, options)
-    force = workforce(None, None) if executor is None else of_executor(executor)
-    done = run_sweep(request, force, out, keep, progress)
+    done = run_sweep(
+        request, lambda: workforce(None, None) if executor is None else of_executor(executor), out, keep, progress
+    )
     table = sweep_folder.results_table(done.planned, done.results)
     table.attrs["folder"] = str(done.folder)
     return table
 
 
 def run_sweep(
-    request: SweepRequest, force: Workforce, out: Path | None, keep: Sequence[str], progress: Progress
+    request: SweepRequest,
+    force: Callable[[], Workforce],
+    out: Path | None,
+    keep: Sequence[str] | None,
+    progress: Progress,
 ) -> Swept:
     """Begin a sweep and run all its variants.
 
     Args:
         request: What was asked for.
-        force: Who works.
+        force: Gives who works.
         out: The folder, or None.
-        keep: The variants whose runs are kept.
+        keep: The variants whose runs are kept; the worst if not given. A search keeps what it finds as well.
         progress: Receives reports.
 
     Raises:
         RequestError: As `sweep` does.
     """
     progress.now("getting ready")
-    with ExitStack() as working:
-        request = absolute(completed(request))
-        planned = plan(request, progress)
-        _check_kept(keep, planned)
-        claimed = working.enter_context(sweep_folder.new_sweep(planned, out))
+    wrong = Gathered()
+    planned = wrong.attempt(lambda: plan(absolute(completed(request)), progress), None)
+    wrong.attempt(lambda: _check_kept(keep, planned), None)
+    workers = wrong.attempt(force, None) if planned is not None or not wrong.problems else None
+    raise_if_any(wrong.problems)
+    assert planned is not None  # noqa: S101 - it would be a problem
+    assert workers is not None  # noqa: S101
+    with sweep_folder.new_sweep(planned, out) as claimed:
         try:
-            return _carried_out(claimed, planned, force, keep, progress)
-        except RequestError:  # as of a search for something that nobody measures
-            claimed.abandon()
+            return _carried_out(claimed, planned, workers, keep, progress)
+        except RequestError:
+            if request.find is not None:  # for something that nobody measures
+                claimed.abandon()
             raise
 
 
-def go_on(folder: Path, force: Workforce, keep: Sequence[str], progress: Progress) -> Swept:
+def go_on(folder: Path, force: Callable[[], Workforce], keep: Sequence[str] | None, progress: Progress) -> Swept:
     """Go on with a sweep that was stopped; its variants that are done are not run again.
 
     Args:
         folder: Its folder.
-        force: Who works.
+        force: Gives who works.
         keep: The variants whose runs are kept.
         progress: Receives reports.
 
@@ -143,38 +155,41 @@ def go_on(folder: Path, force: Workforce, keep: Sequence[str], progress: Progres
     claimed, planned = sweep_folder.known_sweep(folder)
     with claimed:
         _check_kept(keep, planned)
-        return _carried_out(claimed, planned, force, keep, progress)
+        return _carried_out(claimed, planned, force(), keep, progress)
 
 
 def _carried_out(
-    claimed: ClaimedFolder, planned: PlannedSweep, force: Workforce, keep: Sequence[str], progress: Progress
+    claimed: ClaimedFolder, planned: PlannedSweep, force: Workforce, keep: Sequence[str] | None, progress: Progress
 ) -> Swept:
     folder = claimed.path
     journal = folder / sweep_folder.DONE
     task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options)
     if force.is_here:
         task = replace(task, journal=str(journal))
-    done = Swept(
-        claimed.named, planned, sweep_folder.results_of(folder, planned), is_whole=False, remarks=[*claimed.remarks]
-    )
+    done = Swept(claimed.named, planned, sweep_folder.results_of(folder, planned), remarks=[*claimed.remarks])
+    former, done.seconds = sweep_folder.told_before(folder)
+    done.kept = {n: there for n, name in former.items() if (there := folder / sweep_folder.KEPT_RUNS / name).is_dir()}
     tally = Tally(planned, done.results, time.monotonic)
     progress.now(tally)
-    engine = Engine(task, force, journal)
+    engine = Engine(task, force, journal, progress)
     try:
         with engine.working():
             numbers = _worked(engine, done, tally, keep)
+        _keep(done, folder, numbers, progress)
         done.is_whole = len(done.results) == len(planned)
-        _keep(done, claimed.path, numbers, progress)
     except KeyboardInterrupt:
         done.results = sweep_folder.results_of(folder, planned)  # the workers have ended what they were at
-        sweep_folder.write_sweep(planned, folder, "interrupted")
-        return done
-    progress.now("writing the report")
-    _conclude(done, folder, tally)
+    except RequestError:
+        sweep_folder.write_sweep(planned, folder, "interrupted", {"seconds": done.seconds + tally.seconds})
+        raise
+    done.seconds += tally.seconds
+    with without_interrupts():
+        progress.now("writing the report")
+        _conclude(done, folder)
     return done
 
 
-def _worked(engine: Engine, done: Swept, tally: Tally, keep: Sequence[str]) -> list[int]:
+def _worked(engine: Engine, done: Swept, tally: Tally, keep: Sequence[str] | None) -> list[int]:
     """Run all variants, or look for failures; return the variants whose runs are kept."""
 
     def noted(variants: Iterator[Variant]) -> Iterator[VariantResult]:
@@ -186,30 +201,40 @@ def _worked(engine: Engine, done: Swept, tally: Tally, keep: Sequence[str]) -> l
     if done.planned.request.find is None:
         for _ in noted(iterate(done.planned, set(done.results))):
             pass
-        return ranking.kept(keep, done.results, len(done.planned))
+        return ranking.kept(WORST if keep is None else keep, done.results, len(done.planned))
     search = FailureSearch(done.planned, noted)
-    search.go()
-    done.found, done.mildest = search.distinct(), search.mildest()
-    return [*dict.fromkeys(n for n in (*done.found, done.mildest) if n is not None)]
+    try:
+        search.go()
+    finally:
+        done.found, done.mildest = search.distinct(), search.mildest()
+    wanted = ranking.kept(keep or (), done.results, len(done.planned))
+    return [*dict.fromkeys(n for n in (*done.found, done.mildest, *wanted) if n is not None)]
 
 
-def _conclude(done: Swept, folder: Path, tally: Tally) -> None:
+def _conclude(done: Swept, folder: Path) -> None:
+    """Write what is known; of a sweep that was interrupted what it takes to go on."""
+    more: dict[str, object] = {"kept": {str(number): path.name for number, path in done.kept.items()}}
+    more["seconds"] = round(done.seconds, 3)
+    is_search = done.planned.request.find is not None
+    if not done.is_whole and not is_search:
+        sweep_folder.write_sweep(done.planned, folder, "interrupted", more)
+        return
     from orchestrator.sweeping.sweep_report import write_report  # noqa: PLC0415 - matplotlib is slow to import
 
-    if done.planned.request.find is not None:
+    if is_search:
         sweep_folder.write_samples(done.planned, folder)
-    table = sweep_folder.results_table(done.planned, done.results)
-    write_report(done.planned, table, {n: path.name for n, path in done.kept.items()}, folder, tally.seconds)
-    sweep_folder.write_results(table, folder)
-    more: dict[str, object] = {"kept": {str(number): path.name for number, path in done.kept.items()}}
-    if done.planned.request.find is not None:
         more |= {"found": done.found, "mildest": done.mildest}
-    sweep_folder.write_sweep(done.planned, folder, "finished", more | {"seconds": round(tally.seconds, 3)})
+    if done.results:
+        table = sweep_folder.results_table(done.planned, done.results)
+        kept = {number: path.name for number, path in done.kept.items()}
+        write_report(done.planned, table, kept, folder, done.seconds, done.found, done.mildest)
+        sweep_folder.write_results(table, folder)
+    sweep_folder.write_sweep(done.planned, folder, "finished" if done.is_whole else "interrupted", more)
 
 
-def _check_kept(keep: Sequence[str], planned: PlannedSweep) -> None:
-    if planned.request.find is None:  # a search keeps what it finds
-        ranking.kept(keep, {}, len(planned))
+def _check_kept(keep: Sequence[str] | None, planned: PlannedSweep | None) -> None:
+    count = MOST if planned is None or planned.request.find is not None else len(planned)
+    ranking.kept(keep or (), {}, count)
 
 
 def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress) -> None:
@@ -221,7 +246,7 @@ def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress)
         finished = execute(load(done.planned.request.scenario, options), there, SILENT, Execution(figures=False))
         if isinstance(finished.ended, KeyboardInterrupt):
             raise finished.ended
-        done.kept[number] = finished.folder
+        done.kept[number] = there
 
 
 class Tally:
@@ -235,7 +260,7 @@ class Tally:
 
     def __init__(self, planned: PlannedSweep, before: Mapping[int, VariantResult], clock: Callable[[], float]) -> None:
         self._count, self._before, self._clock = len(planned), len(before), clock
-        self._began = clock()
+        self._began = self._first = clock()
         self._done, self._failed = len(before), sum(bool(r.fault) for r in before.values())
         self._worst = min(before.values(), key=ranking.badness, default=None)
 
@@ -246,6 +271,8 @@ class Tally:
 
     def note(self, result: VariantResult) -> None:
         """Count a result."""
+        if self._done == self._before:  # workers get ready until then
+            self._first = self._clock()
         self._done += 1
         self._failed += bool(result.fault)
         if self._worst is None or ranking.badness(result) < ranking.badness(self._worst):
@@ -256,8 +283,9 @@ class Tally:
         text = f"{self._done} of {self._count} variants" if self._count else f"{self._done} variants"
         if self._failed:
             text += f", {self._failed} with a fault"
-        if (new := self._done - self._before) and self.seconds > 0:
-            rate = new / self.seconds
+        passed = self._clock() - self._first
+        if (new := self._done - self._before - 1) > 0 and passed > 0:
+            rate = new / passed
             text += f", {rate:.3g} per second"
             text += f", {_span((self._count - self._done) / rate)} left" if self._count else ""
         if self._worst is not None:

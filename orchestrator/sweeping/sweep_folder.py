@@ -6,9 +6,11 @@ those that have none. At the end they become the table `METRICS`.
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,13 +21,15 @@ from fmus.toolchain.version import Version
 from orchestrator.results.claimed_folder import ClaimedFolder, claim, reclaim
 from orchestrator.results.manifest import Contents, read_manifest, unfinished
 from orchestrator.results.provenance import now, versions
+from orchestrator.results.run_folder import RUN
 from orchestrator.results.summary import units
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, plan
-from orchestrator.sweeping.sampling import VARIANT
+from orchestrator.sweeping.sampling import TABLES, VARIANT
 from orchestrator.sweeping.variation import typed
 from orchestrator.sweeping.work import VariantResult, read_journal
 from orchestrator.system.experiment import Scenario
+from orchestrator.system.value_texts import plain
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -62,6 +66,7 @@ def new_sweep(planned: PlannedSweep, out: Path | None) -> ClaimedFolder:
     claimed = claim(f"{planned.scenario.name}-sweep", out, CONTENTS)
     try:
         _check_room(claimed, len(planned))
+        _remove_runs(claimed.path / KEPT_RUNS)
         (claimed.path / DONE).mkdir(exist_ok=True)
         write_samples(planned, claimed.path)
         write_sweep(planned, claimed.path, "running")
@@ -69,6 +74,14 @@ def new_sweep(planned: PlannedSweep, out: Path | None) -> ClaimedFolder:
         claimed.abandon()
         raise
     return claimed
+
+
+def _remove_runs(folder: Path) -> None:
+    """Remove the run folders that a former sweep has kept, as far as a run wrote them."""
+    for path in folder.glob("variant-*"):
+        claim("", path, RUN).abandon()
+    with suppress(OSError):  # it is not there, or holds other things
+        folder.rmdir()
 
 
 def known_sweep(folder: Path) -> tuple[ClaimedFolder, PlannedSweep]:
@@ -81,8 +94,13 @@ def known_sweep(folder: Path) -> tuple[ClaimedFolder, PlannedSweep]:
     try:
         asked = _asked(folder)
         raise_if_any(_is_search(folder, asked["request"]))
-        planned = plan(asked["request"])
-        raise_if_any([*_changed(folder, asked["units"], planned.scenario), *_resampled(folder, planned)])
+        request: SweepRequest = asked["request"]
+        if request.samples is not None and request.samples.endswith(TABLES):  # the table may be gone by now
+            planned = plan(replace(request, samples=str(folder / SAMPLES_FILE)))
+            planned = replace(planned, request=request)
+        else:
+            planned = plan(request)
+        raise_if_any([*_changed(folder, asked["scenarios"], planned), *_resampled(folder, planned)])
         claimed.remarks += [
             f"{folder}: was begun with {name} {old}, goes on with {new}"
             for name, old in asked["versions"].items()
@@ -106,6 +124,7 @@ def write_sweep(planned: PlannedSweep, folder: Path, status: str, more: Mapping[
         "variants": len(planned),
         "varied": {v.path: {"values": v.text, "unit": _unit(planned, v.path)} for v in planned.variations},
         "units": units(planned.scenario.system),
+        "scenarios": fingerprints(planned),
         "versions": versions(),
         "written": now(),
         **(more or {}),
@@ -195,6 +214,12 @@ def metric_names(planned: PlannedSweep, table: pd.DataFrame) -> list[str]:
     return [str(name) for name in table.columns if name not in others]
 
 
+def told_before(folder: Path) -> tuple[dict[int, str], float]:
+    """The runs that a sweep has kept so far, and the time [s] that it took."""
+    content = _asked(folder)
+    return {int(number): name for number, name in content.get("kept", {}).items()}, float(content.get("seconds", 0.0))
+
+
 def kept_folders(folder: Path) -> list[Path]:
     """The run folders that a sweep has kept, the worst first.
 
@@ -242,16 +267,31 @@ def _is_search(folder: Path, request: SweepRequest) -> list[Problem]:
     return [Problem(str(folder), "a search", "a sweep of samples", "Begin it anew.")] if request.find else []
 
 
-def _changed(folder: Path, then: Mapping[str, Any], scenario: Scenario) -> Sequence[Problem]:
+def fingerprints(planned: PlannedSweep) -> dict[str, str]:
+    """A number for all that decides the bits of a scenario, with each combination of units that fill sockets."""
+    return {filled or "scenario": _fingerprint(scenario) for filled, scenario in planned.scenarios.items()}
+
+
+def _fingerprint(scenario: Scenario) -> str:
+    parameters = {name: source.parameters for name, source in scenario.system.units.items()}
+    content = {
+        "units": units(scenario.system),
+        "parameters": {name: {path: plain(value) for path, value in of.items()} for name, of in parameters.items()},
+        "connections": [str(connection) for connection in scenario.system.connections],
+        "held": {path: plain(value) for path, value in scenario.system.held.items()},
+        "scene": None if scenario.scene is None else asdict(scenario.scene),
+        "experiment": [scenario.h, scenario.start, scenario.until, scenario.tolerance, scenario.algorithm],
+        "loops": [scenario.solve_loops, scenario.end_off_road],
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _changed(folder: Path, then: Mapping[str, str], planned: PlannedSweep) -> Iterator[Problem]:
     """What is not as it was when the sweep began."""
-    present = units(scenario.system)
-    if then.keys() != present.keys():
-        return [Problem(str(folder), f"the units {', '.join(present)}", f"{', '.join(then)}, as it began")]
-    return [
-        Problem(f"{folder}: {name}", "another file than the one that it began with", "the same file", "Begin anew.")
-        for name, now_ in present.items()
-        if now_.get("sha256") != then[name].get("sha256")
-    ]
+    found = "values, times or files that are not those that it began with"
+    for filled, now_ in fingerprints(planned).items():
+        if then.get(filled) != now_:
+            yield Problem(f"{folder}: {filled}", found, "the same scenario, and the same files", "Begin anew.")
 
 
 def _resampled(folder: Path, planned: PlannedSweep) -> Iterator[Problem]:

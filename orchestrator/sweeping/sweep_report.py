@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,7 +12,7 @@ from orchestrator.results.provenance import now, versions
 from orchestrator.sweeping import findings
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import VARIANT
-from orchestrator.sweeping.sweep_folder import CAUSE, ENDED_BY, FINISHED, KEPT_RUNS, REPORT, SECONDS, STATUS
+from orchestrator.sweeping.sweep_folder import ENDED_BY, KEPT_RUNS, REPORT, SECONDS
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -24,8 +24,14 @@ _LISTED: Final = 20
 """The variants of a group that are listed."""
 
 
-def write_report(
-    planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str], folder: Path, seconds: float
+def write_report(  # noqa: PLR0913 - what a report is about
+    planned: PlannedSweep,
+    table: pd.DataFrame,
+    kept: Mapping[int, str],
+    folder: Path,
+    seconds: float,
+    found: Sequence[int] = (),
+    mildest: int | None = None,
 ) -> None:
     """Write `REPORT`.
 
@@ -35,9 +41,13 @@ def write_report(
         kept: The names of the run folders that were kept, by variant.
         folder: The folder of the sweep.
         seconds: The time [s] that it took.
+        found: Of a search: the worst variant of each kind of failure, the worst first.
+        mildest: Of a search: the failing variant that is nearest to the middle of what varies.
     """
     template = templates(_TEMPLATES).get_template("sweep.html.jinja")
-    content = template.render(**_content(planned, table, kept), seconds=seconds, made=now(), versions=versions())
+    known = _content(planned, table, kept)
+    known |= {"aim": planned.request.find, "budget": planned.request.budget, "found": found, "mildest": mildest}
+    content = template.render(**known, seconds=seconds, made=now(), versions=versions())
     with unfinished(folder / REPORT) as file:
         file.write_text(content, encoding="utf-8")
 
@@ -45,7 +55,7 @@ def write_report(
 def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]) -> dict[str, Any]:
     metrics = findings.shown_metrics(planned, table)
     indices = findings.sobol_table(planned, table)
-    groups = findings.groups(table)
+    groups, verdicts = findings.groups(table), findings.verdict_names(table)
     failed = {number for group in groups for number in group.variants}
     return {
         "title": planned.scenario.title,
@@ -58,7 +68,7 @@ def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]
         "shares": findings.shares(table),
         "spreads": findings.spreads(planned, table),
         "units": metrics,
-        "worst": [_row(planned, row, metrics, kept) for row in _worst(table)],
+        "worst": [_row(planned, row, verdicts, metrics, kept) for row in _worst(table)],
         "groups": [(group, group.variants[:_LISTED]) for group in groups],
         "indices": indices,
         "paths": list(planned.columns),
@@ -75,16 +85,19 @@ def _worst(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _row(
-    planned: PlannedSweep, row: Mapping[str, Any], metrics: Mapping[str, str], kept: Mapping[int, str]
+    planned: PlannedSweep,
+    row: Mapping[str, Any],
+    verdicts: Sequence[str],
+    metrics: Iterable[str],
+    kept: Mapping[int, str],
 ) -> dict[str, Any]:
     number = int(row[VARIANT])
+    why = findings.cause_of(row, verdicts)
     return {
         "number": number,
         "values": {path: row[path] for path in planned.columns},
         "metrics": {name: row[name] for name in metrics},
-        "fault": row[ENDED_BY],
-        "finished": row[STATUS] == FINISHED,
-        "cause": row[CAUSE],
+        "why": row[ENDED_BY] or why,
         "command": findings.command(planned, number),
         "folder": kept.get(number, ""),
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -14,8 +14,10 @@ from components.interfaces.maths import Array
 from components.interfaces.problem import Problem, did_you_mean, raise_if_any, refuse
 from components.interfaces.quantity import Quantity, Type
 from components.interfaces.sockets import SOCKETS
-from orchestrator.system.value_texts import behind, from_text
+from orchestrator.system.value_texts import behind, from_text, plain
 
+MOST: Final = 10_000_000
+"""The most variants of a sweep."""
 VARY: Final = "--vary"
 """The option of the command, for messages."""
 _FORMS: Final = "LOW:HIGH, log:LOW:HIGH, a list A,B,C, or a distribution of scipy.stats such as normal:10,0.5"
@@ -57,6 +59,15 @@ class Variation:
             return [self.choices[int(share * len(self.choices))] for share in shares]
         return [_text(value) for value in self.quantile(np.asarray(shares, dtype=float)).tolist()]
 
+    def place(self, share: float) -> float:
+        """The middle of the shares that have the same value as a share: two places are one if their values are."""
+        if self.quantile is None:
+            return (int(share * len(self.choices)) + 0.5) / len(self.choices)
+        if self.whole is not None:
+            low, high = self.whole
+            return (int(self.at(np.array([share]))[0]) - low + 0.5) / (high - low + 1)
+        return share
+
     def grid(self, count: int) -> list[str]:
         """Evenly spaced values: both ends of a range and those between them, the middles of shares of a distribution.
 
@@ -94,6 +105,8 @@ def variation(path: str, text: str, quantity: Quantity | None) -> Variation:
     head = text.partition(":")[0].strip()
     if quantity is None or ":" not in text:
         return _list(where, path, text, quantity)
+    if _NUMBER.fullmatch(head) and not _is_range(text):
+        raise refuse(where, "a range with an end that is no finite number", _FORMS)
     if quantity.shape or not (quantity.type.is_float or quantity.type.is_integer):
         valid = "a list A,B,C" if not quantity.shape else f"an element of it, such as {path}[1]"
         raise refuse(where, "a range" if _is_range(text) else "a distribution", valid)
@@ -115,6 +128,7 @@ def spelled(values: object) -> str:
     """Values as they are typed: a text as it is, a list with commas between its items."""
     if isinstance(values, str):
         return values
+    values = plain(values)
     items: list[object] = list(values) if isinstance(values, tuple | list) else [values]  # type: ignore[unknown]
     return ",".join(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
 
@@ -144,11 +158,18 @@ def _list(where: str, path: str, text: str, quantity: Quantity | None) -> Variat
     unit = f" [{parts[1]}]" if parts is not None and quantity is not None else ""
     items = re.split(r",(?![^\[]*\])", bare if unit else text)  # an array's own commas are in brackets
     values = tuple(f"{item.strip()}{unit}" for item in items if item.strip())
-    if len(dict.fromkeys(values)) < len(values):
+    read = values if quantity is None else [str(from_text(value, quantity)) for value in values]
+    same = [_same(value) for value in read]
+    if len(set(same)) < len(same):
         raise refuse(where, "a value twice", "a list of different values")
     if not values:
         raise refuse(where, "an empty list", _FORMS)
     return Variation(path, text, values)
+
+
+def _same(value: str) -> float | str:
+    """A key that is the same for the same number, however it is written."""
+    return float(value) if _NUMBER.fullmatch(value) else value
 
 
 def _range(where: str, path: str, text: str, quantity: Quantity) -> Variation:
@@ -158,7 +179,7 @@ def _range(where: str, path: str, text: str, quantity: Quantity) -> Variation:
     if len(ends) != 2:  # noqa: PLR2004 - a range has two ends
         raise refuse(where, f"a range with {len(ends)} numbers", _FORMS)
     low, high = (from_text(f"{end.strip()}{unit}", quantity) for end in ends)
-    raise_if_any(dict.fromkeys(problem for end in (low, high) for problem in quantity.problems(where, end)))
+    raise_if_any(quantity.problems(where, low) or quantity.problems(where, high))
     if not low < high:
         raise refuse(where, f"a range from {low} to {high}", "a range whose first number is the smaller one")
     if is_log and low <= 0:
@@ -189,6 +210,8 @@ def _distribution(where: str, path: str, text: str, head: str, quantity: Quantit
     unit = text.removeprefix(bare)
     try:
         numbers = [float(part) for part in bare.partition(":")[2].split(",") if part.strip()]
+        if not numbers:
+            raise ValueError("it has none")  # noqa: TRY301 - told as what SciPy tells
         frozen: Any = known[name](*numbers)
         is_sound = bool(np.isfinite(frozen.ppf(0.5)))
     except (ValueError, TypeError) as error:
@@ -207,21 +230,33 @@ def _distribution(where: str, path: str, text: str, head: str, quantity: Quantit
     return Variation(path, text, quantile=quantile)
 
 
-def value_problems(variation: Variation, values: Sequence[str], quantity: Quantity | None) -> list[Problem]:
+def value_problems(
+    variation: Variation, values: Sequence[str], quantity: Quantity | None, rows: str = ""
+) -> list[Problem]:
     """The problems of the values that are to be run, of which for numbers the extremes are looked at.
 
     Args:
         variation: What varies.
         values: Its values.
         quantity: What the parameter is; None for a socket.
+        rows: Where the values stand, if each has a place of its own: the number of the row follows.
     """
     if quantity is None:
         return []
-    where = f"{VARY} {variation.path}={variation.text}"
-    read = [from_text(text, quantity) for text in (dict.fromkeys(values) if variation.choices else values)]
-    if not variation.choices:
-        read = [min(read), max(read)] if read else []
-    return list(dict.fromkeys(problem for value in read for problem in quantity.problems(where, value)))
+    places = dict.fromkeys(values, f"{VARY} {variation.path}={variation.text}")
+    if rows:
+        places = {text: f"{rows}{i}, {variation.path}" for i, text in reversed([*enumerate(values, 1)])}
+    elif not variation.choices:
+        numbers = {from_text(text, quantity): text for text in values}
+        places = {numbers[end]: places[numbers[end]] for end in {min(numbers), max(numbers)}} if numbers else {}
+    return [problem for text, where in places.items() for problem in _problems(where, text, quantity)]
+
+
+def _problems(where: str, text: str, quantity: Quantity) -> list[Problem]:
+    value: Any = from_text(text, quantity)
+    if quantity.shape and (given := np.shape(value)):  # a shorter list leaves the other elements as they are
+        quantity = replace(quantity, shape=given[: len(quantity.shape)])
+    return quantity.problems(where, value)
 
 
 def typed(values: Sequence[str], quantity: Quantity | None) -> list[Any]:

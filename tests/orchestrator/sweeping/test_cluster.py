@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from contextlib import ExitStack
+from functools import partial
 
 import pandas as pd
 import pytest
@@ -65,20 +66,20 @@ def values(done):
 
 @pytest.fixture(scope="module")
 def reference(built_fmus, tmp_path_factory):
-    return values(run_sweep(REQUEST, workforce("threads", 1), tmp_path_factory.mktemp("s") / "s", (), SILENT))
+    return values(run_sweep(REQUEST, partial(workforce, "threads", 1), tmp_path_factory.mktemp("s") / "s", (), SILENT))
 
 
 @pytest.mark.slow
 def test_two_workers_give_the_same_bits(reference, dask, in_tmp_path):
     address, _ = dask(2)
-    done = run_sweep(REQUEST, workforce(address, None), None, (), SILENT)
+    done = run_sweep(REQUEST, partial(workforce, address, None), None, (), SILENT)
     pd.testing.assert_frame_equal(values(done), reference, check_exact=True)
 
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_nothing(reference, dask, in_tmp_path):
     address, workers = dask(3)
-    force = workforce(address, None)
+    force = partial(workforce, address, None)
     seen = []
 
     class Killing:
@@ -111,7 +112,7 @@ def test_fmus_that_crash_cost_one_row(dask, in_tmp_path):
     lag(in_tmp_path, "#define STEP if (i->T > 0.95) abort();")
     address, _ = dask(2)
     request = SweepRequest("m.fmu", ("fmu.T=0.02:1",), grid="10", options=Options(stop_time=0.5))
-    table = values(run_sweep(request, workforce(address, None), None, (), SILENT))
+    table = values(run_sweep(request, partial(workforce, address, None), None, (), SILENT))
     assert list(table["status"]) == ["finished"] * 9 + ["fault"]
     assert "SIGABRT" in table["fault"][9]
 

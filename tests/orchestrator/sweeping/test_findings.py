@@ -47,7 +47,7 @@ def planned(count, texts=None, samples=None):
     columns = sampled(sampling, variations, 1)
     quantities = {path: None if path == "plant" else Quantity("kg", "") for path in texts}
     scenario = SimpleNamespace(name="s", title="Something <b>bold</b>")
-    return PlannedSweep(SweepRequest("s", samples=samples), sampling, variations, columns, quantities, scenario)
+    return PlannedSweep(SweepRequest("s", samples=samples), sampling, variations, columns, quantities, {"": scenario})
 
 
 def table_of(*results):

@@ -27,7 +27,9 @@ def search_for(gap, budget="600", find="gap < 0", seed=0, clock=None):
     variations = tuple(variation(path, "0:1", Quantity("1", "")) for path in PATHS)
     request = SweepRequest("s", (), seed=seed, find=find, budget=budget)
     columns = {path: [] for path in PATHS}
-    planned = PlannedSweep(request, Sampling(SEARCH), variations, columns, dict.fromkeys(PATHS), SimpleNamespace())
+    planned = PlannedSweep(
+        request, Sampling(SEARCH), variations, columns, dict.fromkeys(PATHS), {"": SimpleNamespace()}
+    )
 
     def run(variants):
         for variant in reversed(list(variants)):  # results come in any order

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -183,7 +184,7 @@ def test_a_sweep_that_is_killed_goes_on_without_losing_or_repeating_a_variant(re
         if not done.is_dir():
             break
     known = read_journal(done)
-    result = go_on(in_tmp_path / "s", workforce("threads", 1), ("worst:0",), SILENT) if done.is_dir() else None
+    result = go_on(in_tmp_path / "s", partial(workforce, "threads", 1), ("worst:0",), SILENT) if done.is_dir() else None
     if result is not None:
         assert known.items() <= result.results.items(), "nothing that was done is done again"
     table = pd.read_parquet(in_tmp_path / "s" / "metrics.parquet")
@@ -224,7 +225,7 @@ def stopped(folder):
 
 def test_what_is_done_is_not_run_again(built_fmus, in_tmp_path):
     stopped(in_tmp_path / "s")
-    done = go_on(in_tmp_path / "s", workforce("threads", 1), (), SILENT)
+    done = go_on(in_tmp_path / "s", partial(workforce, "threads", 1), (), SILENT)
     assert done.is_whole
     assert done.results[1].metrics == {"gap_edge": 7.0}
     assert 0 < done.results[0].metrics["gap_edge"] < 1
@@ -238,16 +239,15 @@ def test_a_sweep_that_was_stopped_and_is_not_what_it_was_is_refused(built_fmus, 
     def refused(**changes):
         file.write_text(json.dumps(told | changes))
         with pytest.raises(RequestError) as error:
-            go_on(in_tmp_path / "s", workforce("threads", 1), (), SILENT)
+            go_on(in_tmp_path / "s", partial(workforce, "threads", 1), (), SILENT)
         return str(error.value)
 
-    units = {**told["units"], "plant": {**told["units"]["plant"], "sha256": "0"}}
-    assert "plant: found another file than the one that it began with; valid: the same file" in refused(units=units)
+    assert "s: scenario: found values, times or files that are not those that it began with" in refused(scenarios={})
     request = {**told["request"], "vary": ["plant.m=1500,1600"]}
     assert "samples.parquet: found other values than are asked for now" in refused(request=request)
     assert "found a file that says not what was asked" in refused(request={})
     with pytest.raises(RequestError, match="found a folder without the manifest.json of a sweep"):
-        go_on(in_tmp_path, workforce("threads", 1), (), SILENT)
+        go_on(in_tmp_path, partial(workforce, "threads", 1), (), SILENT)
     with pytest.raises(RequestError, match="found a sweep that was stopped; valid: a sweep that has ended"):
         sweep_folder.read_results(in_tmp_path / "s")
 
@@ -284,12 +284,14 @@ def test_the_command_says_what_came_of_it_and_ends_with_0(built_fmus, macrostep,
     assert code == 2
     assert "macrostep: --vary: found it for a sweep that has begun; valid: only --on, --jobs and --keep" in err
     assert "macrostep: other options: found it for a sweep that has begun" in err
+    code, _, err = macrostep("sweep", "runs/static-sweep-1", "--seed", "0", "--budget", "5s")
+    assert (code, err.count("found it for a sweep that has begun")) == (2, 2)
 
 
 def test_a_sweep_that_has_ended_can_be_asked_to_keep_more(built_fmus, in_tmp_path):
     request = SweepRequest("static", ("plant.m=1500,2500",), options=SHORT)
-    done = run_sweep(request, workforce("threads", 1), None, (), SILENT)
-    again = go_on(done.folder, workforce("threads", 1), ("0",), SILENT)
+    done = run_sweep(request, partial(workforce, "threads", 1), None, (), SILENT)
+    again = go_on(done.folder, partial(workforce, "threads", 1), ("0",), SILENT)
     assert [path.name for path in again.kept.values()] == ["variant-0"]
     assert again.results == done.results
 
