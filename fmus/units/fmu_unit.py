@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 from typing_extensions import override
@@ -51,6 +51,8 @@ NONSENSE: Final = (MemoryError, OverflowError, ValueError, ctypes.ArgumentError,
 _FAILURES: Final = frozenset({"logStatusDiscard", "logStatusError", "logStatusFatal"})
 """FMI's names for the categories of messages that say why a call failed."""
 
+_Moves: TypeAlias = tuple[ValueCalls, list[Operation], list[Operation]]
+
 
 class FmuUnit(Unit):
     """What the units of all versions of FMI share: unpacking, life cycle, values and state.
@@ -75,10 +77,9 @@ class FmuUnit(Unit):
         self.called = lambda: self._failed_in
         self._setters: list[Operation] = []
         self._getters: list[Operation] = []
-        self._bound_to: tuple[object, object, object] = (None, None, None)
-        """The library and the columns that `_moves` belong to."""
-        self._moves: dict[tuple[Any, frozenset[str]], tuple[ValueCalls, list[Operation], list[Operation]]] = {}
-        """The calls that move values, by instance and by the inputs that nobody has a value for."""
+        self._bound_to: tuple[object, ...] = (None, None, None)
+        self._moves: dict[tuple[Any, frozenset[str]], _Moves] = {}
+        """The calls for this library and these columns, by instance and by the inputs that nobody has a value for."""
         self._settings: dict[str, tuple[Column, Operation]] = {}
         """For each parameter that has been set, the value, and the call that sets it."""
         self._parameters: Mapping[str, Any] = {}
@@ -176,27 +177,21 @@ class FmuUnit(Unit):
             self.messages.append(message, status)
 
     def _value_calls(self) -> ValueCalls:
-        archive = self._archive
-        references, negated = archive.references, archive.negated
-        return ValueCalls(self._fmu, self.api, self._component, references, negated, unit=self)
+        given = self._archive.references, self._archive.negated
+        return ValueCalls(self._fmu, self.api, self._component, *given, unit=self)
 
     @override
     def bind(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str] = ()) -> None:
         place = self._fmu, inputs, outputs
         if not all(known is new for known, new in zip(self._bound_to, place, strict=True)):
-            self._bound_to, self._moves = (
-                place,
-                {},
-            )  # the previous calls and what they keep alive are not needed any more
+            self._bound_to, self._moves = place, {}  # what the previous calls keep alive is not needed any more
         key = self._component, frozenset(unset)
         if key not in self._moves:
             self._moves[key] = self._moves_of(inputs, outputs, unset)
         self._calls, setters, getters = self._moves[key]
         self._setters, self._getters = [*setters], [*getters]
 
-    def _moves_of(
-        self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str]
-    ) -> tuple[ValueCalls, list[Operation], list[Operation]]:
+    def _moves_of(self, inputs: TypedColumns, outputs: TypedColumns, unset: Collection[str]) -> _Moves:
         """The calls that move values, those that set and those that get, and what keeps alive what they use."""
         self._calls = calls = self._value_calls()
         if unset:

@@ -101,8 +101,8 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
         progress.now("starting")
         from orchestrator.sweeping import sweep as sweeping  # noqa: PLC0415
         from orchestrator.sweeping.engine import workforce  # noqa: PLC0415
-        from orchestrator.sweeping.plan import SweepRequest  # noqa: PLC0415
         from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
+        from orchestrator.sweeping.sweep_request import SweepRequest  # noqa: PLC0415
 
         force = partial(workforce, on, jobs)
         if is_sweep(Path(request)):
@@ -137,7 +137,7 @@ def _print(done: Swept) -> None:
     """Print what came of a sweep in a few lines."""
     from orchestrator.sweeping import findings  # noqa: PLC0415
     from orchestrator.sweeping.ranking import badness, in_words  # noqa: PLC0415
-    from orchestrator.sweeping.sweep_folder import results_table  # noqa: PLC0415
+    from orchestrator.sweeping.results_table import results_table  # noqa: PLC0415
 
     if done.planned.request.find is not None:
         _print_found(done)

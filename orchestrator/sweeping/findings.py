@@ -12,8 +12,8 @@ import numpy as np
 from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping.plan import PlannedSweep
+from orchestrator.sweeping.results_table import CAUSE, FINISHED, STATUS, metric_names, verdict_names
 from orchestrator.sweeping.sampling import VARIANT
-from orchestrator.sweeping.sweep_folder import CAUSE, FINISHED, STATUS, metric_names, verdict_names
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd

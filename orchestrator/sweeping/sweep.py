@@ -20,8 +20,11 @@ from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
-from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, Variant, absolute, completed, iterate, plan
+from orchestrator.sweeping.plan import PlannedSweep, Variant, iterate, plan
+from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.search import FailureSearch
+from orchestrator.sweeping.sweep_request import SweepRequest, absolute, completed
+from orchestrator.sweeping.tally import Tally
 from orchestrator.sweeping.variation import MOST, spelled
 from orchestrator.sweeping.work import SweepTask, VariantResult
 
@@ -98,7 +101,7 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     done = run_sweep(
         request, lambda: workforce(None, None) if executor is None else of_executor(executor), out, keep, progress
     )
-    table = sweep_folder.results_table(done.planned, done.results)
+    table = results_table(done.planned, done.results)
     table.attrs["folder"] = str(done.folder)
     return table
 
@@ -126,7 +129,7 @@ def run_sweep(
     wrong = Gathered()
     planned = wrong.attempt(lambda: plan(absolute(completed(request)), progress), None)
     wrong.attempt(lambda: _check_kept(keep, planned), None)
-    workers = wrong.attempt(force, None) if planned is not None or not wrong.problems else None
+    workers = wrong.attempt(force, None)
     raise_if_any(wrong.problems)
     assert planned is not None  # noqa: S101 - it would be a problem
     assert workers is not None  # noqa: S101
@@ -225,7 +228,7 @@ def _conclude(done: Swept, folder: Path) -> None:
         sweep_folder.write_samples(done.planned, folder)
         more |= {"found": done.found, "mildest": done.mildest}
     if done.results:
-        table = sweep_folder.results_table(done.planned, done.results)
+        table = results_table(done.planned, done.results)
         kept = {number: path.name for number, path in done.kept.items()}
         write_report(done.planned, table, kept, folder, done.seconds, done.found, done.mildest)
         sweep_folder.write_results(table, folder)
@@ -247,53 +250,3 @@ def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress)
         if isinstance(finished.ended, KeyboardInterrupt):
             raise finished.ended
         done.kept[number] = there
-
-
-class Tally:
-    """How a sweep goes, in a line whenever somebody asks.
-
-    Args:
-        planned: The sweep.
-        before: What was done before.
-        clock: Gives the time [s].
-    """
-
-    def __init__(self, planned: PlannedSweep, before: Mapping[int, VariantResult], clock: Callable[[], float]) -> None:
-        self._count, self._before, self._clock = len(planned), len(before), clock
-        self._began = self._first = clock()
-        self._done, self._failed = len(before), sum(bool(r.fault) for r in before.values())
-        self._worst = min(before.values(), key=ranking.badness, default=None)
-
-    @property
-    def seconds(self) -> float:
-        """[s] The time since this part of the sweep began."""
-        return self._clock() - self._began
-
-    def note(self, result: VariantResult) -> None:
-        """Count a result."""
-        if self._done == self._before:  # workers get ready until then
-            self._first = self._clock()
-        self._done += 1
-        self._failed += bool(result.fault)
-        if self._worst is None or ranking.badness(result) < ranking.badness(self._worst):
-            self._worst = result
-
-    def __call__(self) -> str:
-        """The line."""
-        text = f"{self._done} of {self._count} variants" if self._count else f"{self._done} variants"
-        if self._failed:
-            text += f", {self._failed} with a fault"
-        passed = self._clock() - self._first
-        if (new := self._done - self._before - 1) > 0 and passed > 0:
-            rate = new / passed
-            text += f", {rate:.3g} per second"
-            text += f", {_span((self._count - self._done) / rate)} left" if self._count else ""
-        if self._worst is not None:
-            text += f"; worst so far: variant {self._worst.variant} ({ranking.in_words(self._worst)})"
-        return text
-
-
-def _span(seconds: float) -> str:
-    if seconds < 100:  # noqa: PLR2004 - until then seconds are read easily
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"  # noqa: PLR2004

@@ -14,8 +14,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from fmus.toolchain.version import Version
 from orchestrator.results.claimed_folder import ClaimedFolder, claim, reclaim
@@ -24,9 +22,10 @@ from orchestrator.results.provenance import now, versions
 from orchestrator.results.run_folder import RUN
 from orchestrator.results.summary import units
 from orchestrator.scenario.options import Options
-from orchestrator.sweeping.plan import PlannedSweep, SweepRequest, plan
+from orchestrator.sweeping.plan import PlannedSweep, plan
+from orchestrator.sweeping.results_table import results_in, values_of
 from orchestrator.sweeping.sampling import TABLES, VARIANT
-from orchestrator.sweeping.variation import typed
+from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.work import VariantResult, read_journal
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.value_texts import plain
@@ -45,11 +44,6 @@ KEPT_RUNS: Final = "runs"
 CONTENTS: Final = Contents("sweep", (SWEEP, SAMPLES_FILE, METRICS, REPORT, f"{DONE}/*.jsonl"), inner=(KEPT_RUNS,))
 _BYTES: Final = 2000
 """[byte] The room that a variant takes, while it is in the journal as well as in the table."""
-STATUS: Final = "status"
-ENDED_BY: Final = "fault"
-CAUSE: Final = "cause"
-SECONDS: Final = "seconds"
-FINISHED: Final = "finished"
 
 
 def is_sweep(folder: Path) -> bool:
@@ -139,30 +133,6 @@ def write_samples(planned: PlannedSweep, folder: Path) -> None:
         _samples(planned).to_parquet(file, index=False)
 
 
-def values_of(planned: PlannedSweep) -> dict[str, list[Any]]:
-    """The values of all variants, by path, as numbers where they are numbers."""
-    return {path: typed(values, planned.quantities[path]) for path, values in planned.columns.items()}
-
-
-def results_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -> pd.DataFrame:
-    """A row for each variant that is done: its values, metrics, verdicts, fault and time."""
-    import pandas as pd  # noqa: PLC0415 - slow to import, and most of macrostep does without
-
-    numbers = sorted(results)
-    done = [results[n] for n in numbers]
-    columns: dict[str, Any] = {VARIANT: numbers}
-    columns |= {path: [values[n] for n in numbers] for path, values in values_of(planned).items()}
-    columns[STATUS] = [FINISHED if not r.fault else ENDED_BY for r in done]
-    for name in _names(r.verdicts for r in done):
-        columns[name] = pd.array([r.verdicts.get(name) for r in done], dtype="boolean")
-    for name in _names(r.metrics for r in done):
-        columns[name] = [r.metrics.get(name, float("nan")) for r in done]
-    columns[ENDED_BY] = [r.fault for r in done]
-    columns[CAUSE] = [r.cause for r in done]
-    columns[SECONDS] = [r.seconds for r in done]
-    return pd.DataFrame(columns)
-
-
 def write_results(table: pd.DataFrame, folder: Path) -> None:
     """Write `METRICS`, and remove the journal, which it replaces."""
     with unfinished(folder / METRICS) as file:
@@ -188,30 +158,7 @@ def read_results(folder: Path) -> pd.DataFrame:
 def results_of(folder: Path, planned: PlannedSweep) -> dict[int, VariantResult]:
     """What is done in a sweep that goes on, or that has ended, by the number of the variant."""
     known = read_journal(folder / DONE)
-    return known | (_results_in(read_results(folder), planned) if (folder / METRICS).is_file() else {})
-
-
-def _results_in(table: pd.DataFrame, planned: PlannedSweep) -> dict[int, VariantResult]:
-    """The results that a table was made from."""
-    verdicts, metrics = verdict_names(table), metric_names(planned, table)
-    found: dict[int, VariantResult] = {}
-    for row in table.to_dict("records"):
-        number = int(row[VARIANT])
-        measured = {name: float(row[name]) for name in metrics if np.isfinite(row[name])}
-        kept = {name: bool(row[name]) for name in verdicts if isinstance(row[name], bool | np.bool_)}
-        found[number] = VariantResult(number, float(row[SECONDS]), measured, kept, str(row[ENDED_BY]), str(row[CAUSE]))
-    return found
-
-
-def verdict_names(table: pd.DataFrame) -> list[str]:
-    """The verdicts of a table of results."""
-    return [str(name) for name in table.columns if str(table[name].dtype) == "boolean"]
-
-
-def metric_names(planned: PlannedSweep, table: pd.DataFrame) -> list[str]:
-    """The metrics of a table of results."""
-    others = {VARIANT, STATUS, ENDED_BY, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
-    return [str(name) for name in table.columns if name not in others]
+    return known | (results_in(read_results(folder), planned) if (folder / METRICS).is_file() else {})
 
 
 def told_before(folder: Path) -> tuple[dict[int, str], float]:
@@ -232,10 +179,6 @@ def kept_folders(folder: Path) -> list[Path]:
         remedy = f"Keep some: macrostep sweep {folder} --keep worst:3"
         raise refuse(str(folder), "a sweep without run folders", "a sweep that has kept runs", remedy)
     return found
-
-
-def _names(entries: Any) -> list[str]:
-    return list(dict.fromkeys(name for one in entries for name in one))
 
 
 def _check_room(claimed: ClaimedFolder, count: int) -> None:

@@ -11,8 +11,9 @@ from orchestrator.results.manifest import unfinished
 from orchestrator.results.provenance import now, versions
 from orchestrator.sweeping import findings
 from orchestrator.sweeping.plan import PlannedSweep
+from orchestrator.sweeping.results_table import ENDED_BY, SECONDS
 from orchestrator.sweeping.sampling import VARIANT
-from orchestrator.sweeping.sweep_folder import ENDED_BY, KEPT_RUNS, REPORT, SECONDS
+from orchestrator.sweeping.sweep_folder import KEPT_RUNS, REPORT
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd

@@ -12,7 +12,8 @@ import pytest
 from components.interfaces.progress import SILENT
 from orchestrator import Simulation, load
 from orchestrator.sweeping.engine import Engine, workforce
-from orchestrator.sweeping.plan import SweepRequest, iterate, plan
+from orchestrator.sweeping.plan import iterate, plan
+from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.work import SweepTask
 
 COUNT = 400

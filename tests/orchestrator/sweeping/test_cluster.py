@@ -16,9 +16,9 @@ from components.interfaces.progress import SILENT
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping import cluster
 from orchestrator.sweeping.engine import workforce
-from orchestrator.sweeping.plan import SweepRequest
+from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.sweep import run_sweep
-from orchestrator.sweeping.sweep_folder import results_table
+from orchestrator.sweeping.sweep_request import SweepRequest
 from tests.orchestrator.exchange.passport.measured_fmus import lag
 
 pytest.importorskip("distributed")

@@ -20,11 +20,12 @@ from components.interfaces.quantity import Quantity
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping import findings
-from orchestrator.sweeping.plan import PlannedSweep, SweepRequest
+from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.ranking import badness, in_words, kept
+from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.sampling import Sampling, read_sampling, sampled
-from orchestrator.sweeping.sweep_folder import results_table
 from orchestrator.sweeping.sweep_report import write_report
+from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.variation import variation
 from orchestrator.sweeping.work import VariantResult
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,10 +13,11 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity
 from orchestrator.scenario.options import Options
-from orchestrator.sweeping.plan import PlannedSweep, SweepRequest
+from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import SEARCH, Sampling
 from orchestrator.sweeping.search import Budget, FailureSearch, read_aim, read_budget
 from orchestrator.sweeping.sweep import sweep
+from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.variation import variation
 from orchestrator.sweeping.work import VariantResult
 
@@ -84,6 +86,14 @@ def test_where_nothing_fails_it_ends_and_says_so():
     assert search.distinct() == []
     assert search.mildest() is None
     assert len(search.places) < 1000, "one search, not the whole budget"
+
+
+def test_variants_with_the_same_values_are_run_once_and_are_one_failure():
+    search = search_for(lambda a, b: 0.5 - a)
+    search.planned = replace(search.planned, variations=tuple(variation(p, "0,1", Quantity("1", "")) for p in PATHS))
+    search.go()
+    assert len(search.places) <= 4
+    assert sorted(search.planned.columns["p.a"][n] for n in search.distinct()) == ["1", "1"]
 
 
 def test_time_is_a_budget_as_well():

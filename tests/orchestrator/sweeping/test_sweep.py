@@ -1,6 +1,7 @@
 """Sweeps from a request to a folder, by every workforce: the same bits, whoever works, and whatever dies on the way.
 
-Shows `sweep.py`, `sweep_folder.py`, `engine.py`, `work.py`, `kept_scenario.py`, `plan.py` and `sweep_command.py`.
+Shows `sweep.py`, `sweep_request.py`, `sweep_folder.py`, `results_table.py`, `engine.py`, `work.py`, `kept_scenario.py`,
+`plan.py`, `tally.py` and `sweep_command.py`.
 """
 
 from __future__ import annotations
@@ -25,8 +26,10 @@ from orchestrator.scenario.options import Options
 from orchestrator.sweeping import sweep_folder
 from orchestrator.sweeping.engine import DIED, workforce
 from orchestrator.sweeping.findings import command
-from orchestrator.sweeping.plan import SweepRequest, plan
+from orchestrator.sweeping.plan import plan
 from orchestrator.sweeping.sweep import go_on, run_sweep, sweep
+from orchestrator.sweeping.sweep_request import SweepRequest, absolute
+from orchestrator.sweeping.tally import Tally
 from orchestrator.sweeping.work import VariantResult, read_journal, write_journal
 from tests.orchestrator.exchange.passport.measured_fmus import lag
 from tests.waiting import wait_until
@@ -250,6 +253,73 @@ def test_a_sweep_that_was_stopped_and_is_not_what_it_was_is_refused(built_fmus, 
         go_on(in_tmp_path, partial(workforce, "threads", 1), (), SILENT)
     with pytest.raises(RequestError, match="found a sweep that was stopped; valid: a sweep that has ended"):
         sweep_folder.read_results(in_tmp_path / "s")
+
+
+def test_a_line_tells_how_it_goes_and_what_is_left(built_fmus):
+    planned = plan(SweepRequest("static", ("plant.m=1500:2500",), "lhs:201", options=SHORT))
+    now = iter([0.0, 5.0, 6.0, 100.0, 206.0])
+    tally = Tally(planned, {}, lambda: next(now))
+    tally.note(VariantResult(0, 1.0, {"gap_edge": 0.5}, {"inside_road": True}))  # workers were ready after 5 s
+    assert tally() == "1 of 201 variants; worst so far: variant 0 (gap_edge 0.5 m)"
+    for number in range(1, 101):
+        tally.note(VariantResult(number, 1.0, {}, {}, "t = 1 s: it died" if number == 7 else ""))
+    assert tally() == (
+        "101 of 201 variants, 1 with a fault, 1.05 per second, 95 s left; worst so far: variant 7 (t = 1 s: it died)"
+    )
+
+
+def test_the_runs_of_a_former_sweep_go_with_it(built_fmus, in_tmp_path):
+    for values, keep in (("plant.m=1500,2500", ("0,1",)), ("plant.m=1600,1700", ("1",))):
+        request = SweepRequest("static", (values,), options=SHORT)
+        run_sweep(request, partial(workforce, "threads", 1), Path("s"), keep, SILENT)
+        (in_tmp_path / "s" / "runs" / "mine.txt").write_text("a person's")
+    assert sorted(path.name for path in (in_tmp_path / "s" / "runs").iterdir()) == ["mine.txt", "variant-1"]
+
+
+@pytest.mark.parametrize("moment", ["execute", "_keep"])
+def test_ctrl_c_after_the_last_variant_leaves_a_sweep_that_goes_on(built_fmus, in_tmp_path, monkeypatch, moment):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    request = SweepRequest("static", ("plant.m=1500,2500",), options=SHORT)
+    with monkeypatch.context() as patch:
+        patch.setattr(f"orchestrator.sweeping.sweep.{moment}", interrupted)
+        done = run_sweep(request, partial(workforce, "threads", 1), Path("s"), ("0",), SILENT)
+    assert (done.is_whole, len(done.results)) == (False, 2)
+    assert not (in_tmp_path / "s" / "report.html").exists()
+    assert go_on(Path("s"), partial(workforce, "threads", 1), ("0",), SILENT).is_whole
+
+
+def test_a_sweep_goes_on_from_any_folder_and_without_its_table(built_fmus, in_tmp_path, monkeypatch):
+    plants = {name: (built_fmus / "fmi3" / f"{name}.fmu").read_bytes() for name in ("bicycle", "bicycle_saturated")}
+    for name, content in plants.items():
+        (in_tmp_path / f"{name}.fmu").write_bytes(content)
+    table = in_tmp_path / "cases.csv"
+    table.write_text("plant,plant.m [t]\nbicycle.fmu,1.5\nbicycle_saturated.fmu,1.6\n")
+    request = absolute(SweepRequest("static", (), "cases.csv", options=SHORT))
+    with sweep_folder.new_sweep(plan(request), Path("s")) as claimed:
+        folder = claimed.path
+    table.unlink()
+    (in_tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(in_tmp_path / "elsewhere")
+    done = go_on(folder, partial(workforce, "threads", 1), (), SILENT)
+    found = sweep_folder.read_results(folder)
+    assert list(found["plant.m"]) == [1500.0, 1600.0]
+    assert list(found["plant"]) == [str(in_tmp_path / f"{name}.fmu") for name in plants]
+    assert [result.fault for result in done.results.values()] == ["", ""]
+    (in_tmp_path / "bicycle_saturated.fmu").write_bytes(plants["bicycle"])  # not the first of the units
+    with pytest.raises(RequestError, match=r"bicycle_saturated.fmu: found values, times or files that are not those"):
+        go_on(folder, partial(workforce, "threads", 1), (), SILENT)
+
+
+def test_problems_of_a_table_are_told_by_their_rows(built_fmus, in_tmp_path):
+    (in_tmp_path / "cases.csv").write_text("plant.m,plant.mu\n1500,0.5\n0,0.5\n1500,9\n")
+    with pytest.raises(RequestError) as error:
+        sweep("static", {}, samples="cases.csv", options=SHORT)
+    assert [str(problem).partition("; ")[0].rpartition("/")[2] for problem in error.value.problems] == [
+        "cases.csv, row 2, plant.m: found 0",
+        "cases.csv, row 3, plant.mu: found 9",
+    ]
 
 
 def test_more_than_the_disk_can_hold_is_refused_before_anything_runs(built_fmus, in_tmp_path, monkeypatch):
