@@ -27,6 +27,7 @@ from orchestrator.sweeping.work import (
     SweepTask,
     VariantResult,
     begin,
+    end,
     in_batches,
     leave_signals,
     read_journal,
@@ -145,6 +146,7 @@ class Engine:
             yield
         finally:
             self._executor.shutdown(wait=True, cancel_futures=True)
+            end(self._task)  # threads work in this process
 
     def run(self, variants: Iterator[Variant]) -> Iterator[VariantResult]:
         """Run variants.
@@ -230,4 +232,6 @@ class Engine:
                 yield result
         if alone is not None:
             alone.shutdown()
+        if self._executor is not None:
+            self._executor.shutdown(wait=False)
         self._executor = self._force.executor()

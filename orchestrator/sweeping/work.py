@@ -86,6 +86,13 @@ def begin(task: SweepTask) -> None:
     _runner(task)
 
 
+def end(task: SweepTask) -> None:
+    """Close what this process holds for a sweep, where it has worked on it itself."""
+    with _STARTING:
+        if (runner := _RUNNERS.pop(task.key, None)) is not None:
+            runner.close()
+
+
 def leave_signals() -> None:
     """Leave Ctrl-C to the process that asked for the sweep: it ends its workers in order."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
