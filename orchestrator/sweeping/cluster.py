@@ -7,10 +7,13 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
 from orchestrator.results.provenance import own_version
+from orchestrator.sweeping.sent_files import SentFiles, read_files
+from orchestrator.sweeping.work import SweepTask
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -116,10 +119,21 @@ class _Cluster(Executor):
     def __init__(self, client: Client) -> None:
         self._client = client
         self._executor = client.get_executor(pure=False, retries=_TRIES)
+        self._files: Any = None
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        return self._executor.submit(fn, *args, **kwargs)
+        task, *rest = args
+        if not task.files:
+            return self._executor.submit(fn, task, *rest, **kwargs)
+        if self._files is None:  # Dask gives what was scattered to each worker once
+            self._files = self._client.scatter(read_files(task.files), hash=False)
+        return self._executor.submit(_with_files, self._files, fn, replace(task, files=()), *rest, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as the base
         self._executor.shutdown(wait=wait and not cancel_futures)
         self._client.close()
+
+
+def _with_files(files: SentFiles, work: Any, task: SweepTask, *variants: Any) -> Any:
+    """Work with the files that were sent, on the worker."""
+    return work(files.task(task), *(files.variants(batch) for batch in variants))

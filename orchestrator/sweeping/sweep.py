@@ -23,6 +23,7 @@ from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workfor
 from orchestrator.sweeping.plan import PlannedSweep, Variant, iterate, plan
 from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.search import FailureSearch
+from orchestrator.sweeping.sent_files import needed_files
 from orchestrator.sweeping.sweep_request import SweepRequest, absolute, completed
 from orchestrator.sweeping.tally import Tally
 from orchestrator.sweeping.variation import MOST, spelled
@@ -169,6 +170,8 @@ def _carried_out(
     task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options)
     if force.is_here:
         task = replace(task, journal=str(journal))
+    elif force.lost is not None:  # a cluster, whose machines have other disks
+        task = replace(task, files=tuple(needed_files(planned)))
     done = Swept(claimed.named, planned, sweep_folder.results_of(folder, planned), remarks=[*claimed.remarks])
     former, done.seconds = sweep_folder.told_before(folder)
     done.kept = {n: there for n, name in former.items() if (there := folder / sweep_folder.KEPT_RUNS / name).is_dir()}

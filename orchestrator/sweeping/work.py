@@ -60,6 +60,8 @@ class SweepTask:
     """What is changed in all variants."""
     journal: str | None = None
     """The folder in which a worker writes what is done, before it reports; None where it cannot be reached."""
+    files: tuple[str, ...] = ()
+    """The files that workers on other machines need, by their absolute paths."""
 
 
 def run_batch(task: SweepTask, variants: Sequence[Variant]) -> list[VariantResult]:

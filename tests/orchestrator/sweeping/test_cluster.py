@@ -1,4 +1,4 @@
-"""A real Dask cluster on this machine as the workforce of a sweep."""
+"""A real Dask cluster on this machine as the workforce of a sweep, and the files that it is sent (`sent_files.py`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ import pytest
 
 from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
+from orchestrator.scenario import catalogue
 from orchestrator.scenario.options import Options
+from orchestrator.scenario.scenario_template import scenario_template
 from orchestrator.sweeping import cluster
 from orchestrator.sweeping.engine import workforce
 from orchestrator.sweeping.results_table import results_table
@@ -115,6 +117,42 @@ def test_fmus_that_crash_cost_one_row(dask, in_tmp_path):
     table = values(run_sweep(request, partial(workforce, address, None), None, (), SILENT))
     assert list(table["status"]) == ["finished"] * 9 + ["fault"]
     assert "SIGABRT" in table["fault"][9]
+
+
+@pytest.mark.slow
+@pytest.mark.foreign
+def test_the_files_that_a_sweep_needs_are_sent(dask, in_tmp_path, monkeypatch):
+    """A scenario file, the mapping file and the FMU that it names, and another unit are gone when workers begin."""
+    mine = in_tmp_path / "mine"
+    mine.mkdir()
+    for name in ("bicycle", "bicycle_saturated"):
+        (mine / f"{name}.fmu").write_bytes((catalogue.built_folder() / "fmi2" / f"{name}.fmu").read_bytes())
+    (mine / "map.toml").write_text('fmu = "bicycle.fmu"\n')
+    text = scenario_template("static", mine / "mine.toml")
+    before, _, after = text.partition("[plant]\n")
+    after = after.partition("[plant.parameters]")[2].partition("\n[")
+    (mine / "mine.toml").write_text(f'{before}[plant]\nmapping = "map.toml"\n[plant.parameters]{after[0]}\n[{after[2]}')
+    request = SweepRequest("mine/mine.toml", ("plant.m=1500,1600",), options=Options(stop_time=2.0))
+    other = SweepRequest("mine/mine.toml", ("plant=mine/bicycle_saturated.fmu",), options=Options(stop_time=2.0))
+    expected = [values(run_sweep(one, partial(workforce, "threads", 1), None, (), SILENT)) for one in (request, other)]
+    address, _ = dask(1)
+    read, shutdown = cluster.read_files, cluster._Cluster.shutdown
+
+    def gone(paths):
+        found = read(paths)
+        mine.rename(in_tmp_path / "gone")
+        return found
+
+    def back(self, **how):
+        shutdown(self, **how)
+        (in_tmp_path / "gone").rename(mine)
+
+    monkeypatch.setattr(cluster, "read_files", gone)
+    monkeypatch.setattr(cluster._Cluster, "shutdown", back)
+    for one, table in zip((request, other), expected, strict=True):
+        found = values(run_sweep(one, partial(workforce, address, None), None, (), SILENT))
+        assert list(found["status"]) == ["finished"] * len(found)
+        pd.testing.assert_frame_equal(found, table, check_exact=True)
 
 
 @pytest.mark.slow
