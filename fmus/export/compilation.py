@@ -44,11 +44,12 @@ class Compilation:
         self._runtime = folder / "runtime"
         self._runtime_objects: dict[str, Future[Path]] = {}
         self._n_blocks = 0
-        for version in versions:
+        wanted = sorted(versions)
+        for version in wanted:
             _write(self._runtime, runtime_sources(version))
-            for name in runtime_files(version):
-                if name not in self._runtime_objects:
-                    self._runtime_objects[name] = self._compile(self._runtime / name)
+        # Versions share sources: a compiler must not read one that is just being written for the next version.
+        for name in dict.fromkeys(name for version in wanted for name in runtime_files(version)):
+            self._runtime_objects[name] = self._compile(self._runtime / name)
 
     def compile_block(self, block: type[Block[Any, Any, Any]], start: Array) -> CompiledBlock:
         """Generate the C of a block in this thread, and begin to compile it in others.

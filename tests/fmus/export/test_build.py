@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import zipfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock, call
@@ -204,3 +205,23 @@ def test_two_sets_of_start_values_for_one_file_are_refused(start_of: Start, tmp_
 def test_a_block_that_calls_a_library_is_refused(tmp_path):
     with pytest.raises(RequestError, match="block `mpc_sqp`: found equations that call a library"):
         build(BLOCKS["mpc_sqp"], Version.FMI2, {}, tmp_path)
+
+
+def test_no_source_is_written_once_a_compiler_may_read_it(tmp_path):
+    """A compiler that reads a file that another version's copy is just being written to makes an empty object of it."""
+    seen = []
+
+    class Looking:
+        def compile(self, source, folder):
+            seen.append({path.name: path.stat().st_mtime_ns for path in folder.iterdir()})
+            return source
+
+    class AtOnce(Executor):
+        def submit(self, fn, /, *arguments):
+            future = Future()
+            future.set_result(fn(*arguments))
+            return future
+
+    compilation.Compilation(tmp_path, Looking(), AtOnce(), WRITTEN_VERSIONS)
+    assert {"fmi2.c", "fmi3.c", "core.c"} <= seen[0].keys()
+    assert all(files == seen[0] for files in seen)
