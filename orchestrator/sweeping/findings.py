@@ -12,7 +12,8 @@ import numpy as np
 from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping.plan import PlannedSweep
-from orchestrator.sweeping.results_table import CAUSE, FINISHED, STATUS, metric_names, verdict_names
+from orchestrator.sweeping.ranking import badness
+from orchestrator.sweeping.results_table import CAUSE, FINISHED, STATUS, metric_names, results_in, verdict_names
 from orchestrator.sweeping.sampling import VARIANT
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
@@ -21,7 +22,6 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 WORST_SHOWN: Final = 10
 _CONFIDENCE: Final = 0.95
 _PERCENTILES: Final = (0, 5, 50, 95, 100)
-_GAPS: Final = ("gap_obstacle", "gap_edge")
 
 
 @dataclass(frozen=True)
@@ -82,17 +82,10 @@ def spreads(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, list[float]
     return found
 
 
-def ranked(table: pd.DataFrame) -> pd.DataFrame:
-    """The variants, the worst first: with a fault, then by verdicts that do not hold, then by the smallest gap."""
-    verdicts = verdict_names(table)
-    gaps = [name for name in _GAPS if name in table]
-    key = table.assign(
-        _fault=table[STATUS] == FINISHED,
-        _failed=-(~table[verdicts].fillna(value=True).astype(bool)).sum(axis=1) if verdicts else 0,
-        _gap=table[gaps].min(axis=1).fillna(np.inf) if gaps else 0.0,
-    )
-    order = key.sort_values(["_fault", "_failed", "_gap", VARIANT], kind="stable").index
-    return table.loc[order]
+def ranked(planned: PlannedSweep, table: pd.DataFrame) -> pd.DataFrame:
+    """The variants, the worst first, as `ranking` has it."""
+    order = [result.variant for result in sorted(results_in(table, planned).values(), key=badness)]
+    return table.set_index(VARIANT, drop=False).loc[order]
 
 
 def groups(table: pd.DataFrame) -> list[Group]:

@@ -65,6 +65,11 @@ class PlannedSweep:
         settings = tuple(f"{path}={values[number]}" for path, values in self.columns.items() if path not in SOCKETS)
         return Variant(number, settings, {path: self.columns[path][number] for path in self._fillings})
 
+    def unit(self, path: str) -> str:
+        """The unit of measurement of what varies; empty for a socket."""
+        quantity = self.quantities[path]
+        return "" if quantity is None else quantity.unit
+
     def options_of(self, variant: Variant) -> Options:
         """The options with which `macrostep run` runs a variant."""
         return options_of(self.request.options, variant)

@@ -116,7 +116,7 @@ def write_sweep(planned: PlannedSweep, folder: Path, status: str, more: Mapping[
         "request": {**{k: v for k, v in asdict(request).items() if k != "options"}, "options": _plain(options)},
         "sampling": str(planned.sampling),
         "variants": len(planned),
-        "varied": {v.path: {"values": v.text, "unit": _unit(planned, v.path)} for v in planned.variations},
+        "varied": {v.path: {"values": v.text, "unit": planned.unit(v.path)} for v in planned.variations},
         "units": units(planned.scenario.system),
         "scenarios": fingerprints(planned),
         "versions": versions(),
@@ -257,11 +257,6 @@ def _samples(planned: PlannedSweep) -> pd.DataFrame:
     table = pd.DataFrame(values_of(planned))
     table.insert(0, VARIANT, range(len(planned)))
     return table
-
-
-def _unit(planned: PlannedSweep, path: str) -> str:
-    quantity = planned.quantities[path]
-    return "" if quantity is None else quantity.unit
 
 
 def _plain(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -69,7 +69,7 @@ def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]
         "shares": findings.shares(table),
         "spreads": findings.spreads(planned, table),
         "units": metrics,
-        "worst": [_row(planned, row, verdicts, metrics, kept) for row in _worst(table)],
+        "worst": [_row(planned, row, verdicts, metrics, kept) for row in _worst(planned, table)],
         "groups": [(group, group.variants[:_LISTED]) for group in groups],
         "indices": indices,
         "paths": list(planned.columns),
@@ -80,8 +80,8 @@ def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]
     }
 
 
-def _worst(table: pd.DataFrame) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = findings.ranked(table).head(findings.WORST_SHOWN).to_dict("records")  # type: ignore[assignment]
+def _worst(planned: PlannedSweep, table: pd.DataFrame) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = findings.ranked(planned, table).head(findings.WORST_SHOWN).to_dict("records")  # type: ignore[assignment]
     return rows
 
 
@@ -122,5 +122,5 @@ def _figures(
 
 
 def _unit(planned: PlannedSweep, path: str) -> str:
-    quantity = planned.quantities[path]
-    return "" if quantity is None or quantity.unit == "1" else quantity.unit
+    unit = planned.unit(path)
+    return "" if unit == "1" else unit

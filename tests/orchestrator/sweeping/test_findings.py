@@ -68,8 +68,8 @@ def test_shares_have_wilsons_interval():
 def test_a_fault_is_worse_than_a_verdict_and_that_than_a_gap():
     near = replace_metrics(GOOD, 3, gap_edge=0.01)
     assert [r.variant for r in sorted((GOOD, near, OUTSIDE, BROKEN), key=badness)] == [2, 1, 3, 0]
-    _, table = table_of(GOOD, OUTSIDE, BROKEN, near)
-    assert list(findings.ranked(table)["variant"]) == [2, 1, 3, 0]
+    plan, table = table_of(GOOD, OUTSIDE, BROKEN, near)
+    assert list(findings.ranked(plan, table)["variant"]) == [2, 1, 3, 0]
     assert in_words(BROKEN) == "t = 1.2 s: unit `plant`: it died; gap_edge 0.3 m"
     assert in_words(OUTSIDE) == "inside road: no; gap_obstacle 1 m, gap_edge -0.5 m"
 
