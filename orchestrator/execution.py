@@ -16,7 +16,7 @@ from components.interfaces.arguments import checked_arguments
 from components.interfaces.buses import VehicleState
 from components.interfaces.interruption import without_interrupts
 from components.interfaces.progress import SILENT, Progress
-from orchestrator.recording.messages import Recorder, RecordingRequest
+from orchestrator.recording.messages import Recorder, RecordingRequest, new_identifier
 from orchestrator.recording.recording import Afterwards
 from orchestrator.recording.run_recording import RunRecording
 from orchestrator.results import summary
@@ -69,6 +69,8 @@ class Execution:
     realtime: float | None = None
     """Simulated seconds per second of wall time; without it the run goes as fast as it can."""
     figures: bool = True
+    name: str | None = None
+    """What the recording is called in the viewer; as the scenario, if not given."""
     begun: Callable[[Path], None] = lambda _: None
     """Called with the run folder, an absolute path, before the first step, and again if it is moved during the run."""
     ending: Callable[[], None] = lambda: None
@@ -134,7 +136,9 @@ class _Run:
         self.folder = LiveFolder(claimed, scenario, self._known, execution.begun)
         self.rows = RowFiles(self.folder, scenario, simulation)
         path = self.folder.path
-        self._request = RecordingRequest(path, path / RECORDING, simulation.log.elements, facts(self._known))
+        about = facts(self._known)
+        name, elements = execution.name, simulation.log.elements
+        self._request = RecordingRequest(path, path / RECORDING, elements, about, new_identifier(name), name=name)
         self._recording = RunRecording(execution.recorder, self._request, simulation, self.folder)
         self._ended: _Ending = None
         self._content: dict[str, Any] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -30,30 +31,26 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     ] = None,
     at: Annotated[list[float] | None, typer.Option(help="Time of the picture [s]. Repeatable.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture, such as 1280x800.")] = None,
-    tab: Annotated[str | None, typer.Option(help="Tab of the picture: run, all, about.")] = None,
+    tab: Annotated[
+        str | None, typer.Option(help="Tab of the picture: run, all, about; of a sweep also metrics, bands.")
+    ] = None,
 ) -> None:
     """Open a run in the Rerun viewer, or several in one picture, a colour each.
 
-    A run that was cut short is opened from a repaired copy. Of a sweep the runs are shown that were kept.
+    A run that was cut short is opened from a repaired copy. Of a sweep the table of all variants is shown, with links
+    to the runs that were kept, and its signals over all variants.
     """
+    from orchestrator.results.manifest import MANIFEST_FILE  # noqa: PLC0415
     from orchestrator.viewing import viewer  # noqa: PLC0415
     from orchestrator.viewing.photograph import Look  # noqa: PLC0415
 
     look = Look(size, tab) if size or tab else None
-    runs = [run for request in runs for run in _runs_in(request)]
-    viewer.show(runs, difference or [], print_message, web=web, picture=picture, times=at or [], look=look)
+    opened = partial(viewer.show, runs)
+    if len(runs) == 1 and (runs[0] / MANIFEST_FILE).is_file():
+        from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
 
+        if is_sweep(runs[0]):
+            from orchestrator.sweeping.sweep_view import show_sweep  # noqa: PLC0415
 
-def _runs_in(request: Path) -> list[Path]:
-    """The runs that a request means: of a sweep the worst that were kept, as many as have colours of their own."""
-    from orchestrator.results.manifest import MANIFEST_FILE  # noqa: PLC0415 - as above
-
-    if not (request / MANIFEST_FILE).is_file():
-        return [request]
-    from orchestrator.pictures.palette import RUNS  # noqa: PLC0415
-    from orchestrator.sweeping.sweep_folder import REPORT, is_sweep, kept_folders  # noqa: PLC0415
-
-    if not is_sweep(request):
-        return [request]
-    print_message(f"all variants: {request / REPORT}")
-    return kept_folders(request)[: len(RUNS)]
+            opened = partial(show_sweep, runs[0])
+    opened(difference or [], print_message, web=web, picture=picture, times=at or [], look=look)

@@ -16,8 +16,9 @@ from orchestrator.command.console import INTERRUPTED, err, out, print_notes, wor
 from orchestrator.command.run_command import RUN_OPTIONS
 from orchestrator.scenario.options import UNCHANGED, Options
 
-if TYPE_CHECKING:  # slow to import, and only the name is needed
+if TYPE_CHECKING:  # slow to import, and only the names are needed
     from orchestrator.sweeping.sweep import Swept
+    from orchestrator.sweeping.sweep_request import SweepRequest
 
 SWEEP_OPTIONS: Final = tuple(name for name in RUN_OPTIONS if name != "record")
 """The shared options that the subcommand takes."""
@@ -73,6 +74,14 @@ _Keep: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(metavar="WHICH", help="Runs that are kept: `worst:10`, or numbers. The three worst if not given."),
 ]
+_Signals: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATH",
+        help="A signal whose mean and range over all variants are shown, such as `plant.tyre.mu_r`; repeatable."
+        " `y` and `v_x` of the plant if not given.",
+    ),
+]
 _Folder: TypeAlias = Annotated[
     Path | None, typer.Option("--out", help="Folder of the sweep; the next free runs/NAME-sweep-N if not given.")
 ]
@@ -90,6 +99,7 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
     on: _On = None,
     jobs: _Jobs = None,
     keep: _Keep = None,
+    signals: _Signals = None,
     folder: _Folder = None,
 ) -> None:
     """Run many variants of a scenario, on all cores or on a cluster, and say what decides how they end.
@@ -104,29 +114,41 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
         from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
         from orchestrator.sweeping.sweep_request import SweepRequest  # noqa: PLC0415
 
-        force = partial(workforce, on, jobs)
+        force, watched = partial(workforce, on, jobs), tuple(signals or ())
+        asked = (request, tuple(vary or ()), samples, grid, seed or 0, find, budget or "60s", options, watched)
         if is_sweep(Path(request)):
-            asked = {"--vary": vary, "--samples": samples, "--grid": grid, "--find": find, "--budget": budget}
-            changed = None if options == UNCHANGED else options
-            _refuse({**asked, "--seed": seed, "--out": folder, "other options": changed})
+            _refuse(SweepRequest(*asked), {"--seed": seed, "--budget": budget, "--out": folder})
             done = sweeping.go_on(Path(request), force, keep, progress)
         else:
-            wanted = SweepRequest(request, tuple(vary or ()), samples, grid, seed or 0, find, budget or "60s", options)
-            done = sweeping.run_sweep(wanted, force, folder, keep, progress)
+            done = sweeping.run_sweep(SweepRequest(*asked), force, folder, keep, progress)
     print_notes(dict.fromkeys((*done.remarks, *done.planned.scenario.remarks)))
     if not done.is_whole:
-        count = f" of {len(done.planned)}" if done.planned.request.find is None else ""
-        err.print(f"macrostep: interrupted after {len(done.results)}{count} variants", style="red")
-        if done.planned.request.find is None:
-            err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
-        elif done.results:
-            _print_found(done)
+        _print_interrupted(done)
         raise typer.Exit(INTERRUPTED)
     _print(done)
 
 
-def _refuse(asked: Mapping[str, object]) -> None:
+def _print_interrupted(done: Swept) -> None:
+    """Print how far a sweep came, and how to go on with it."""
+    count = f" of {len(done.planned)}" if done.planned.request.find is None else ""
+    err.print(f"macrostep: interrupted after {len(done.results)}{count} variants", style="red")
+    if done.planned.request.find is None:
+        err.print(f"Go on with it: macrostep sweep {shlex.quote(str(done.folder))}")
+    elif done.results:
+        _print_found(done)
+
+
+def _refuse(request: SweepRequest, others: Mapping[str, object]) -> None:
     """Refuse what cannot be asked of a sweep that has begun. Raises `RequestError`."""
+    asked = {
+        "--vary": request.vary or None,
+        "--samples": request.samples,
+        "--grid": request.grid,
+        "--find": request.find,
+        "--signals": request.signals or None,
+        "other options": None if request.options == UNCHANGED else request.options,
+        **others,
+    }
     valid = "only --on, --jobs and --keep"
     raise_if_any(
         Problem(name, "it for a sweep that has begun", valid) for name, value in asked.items() if value is not None

@@ -33,11 +33,11 @@ def page(name: str, about: Mapping[str, str], system: System) -> str:
         about: Its provenance, as `provenance.facts` gives it.
         system: What was run.
     """
-    text = f"# {name}\n\n" + _table(("", ""), about.items()) + f"\n## What is drawn\n\n{_DRAWN}"
+    text = f"# {name}\n\n" + table(("", ""), about.items()) + f"\n## What is drawn\n\n{_DRAWN}"
     if drawn := list(_plotted(system)):
-        text += "\n" + _table(("plot", "quantity", "limits and desired values"), drawn)
+        text += "\n" + table(("plot", "quantity", "limits and desired values"), drawn)
     if parameters := list(_parameters(system)):
-        text += "\n## Parameters\n\n" + _table(("parameter", "value", "unit", "meaning"), parameters)
+        text += "\n## Parameters\n\n" + table(("parameter", "value", "unit", "meaning"), parameters)
     wires = "\n".join(f"* {connection}" for connection in system.connections)
     return text + (f"\n## Connections\n\n{wires}\n" if wires else "")
 
@@ -54,15 +54,21 @@ def comparison(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sce
     about = [facts(summary) | _measured(summary) for summary in summaries]
     keys = list(dict.fromkeys(key for one in about for key in one))
     rows = [(key, *(one.get(key, "") for one in about)) for key in keys]
-    text = f"# {' against '.join(names)}\n\n" + _table(head, rows)
+    text = f"# {' against '.join(names)}\n\n" + table(head, rows)
     values = [{key: f"{value['value']} {value['unit']}" for key, value in s.sources.items()} for s in scenarios]
     parameters = {key: [one.get(key, "-") for one in values] for key in sorted({k for one in values for k in one})}
     differing = [(key, *different) for key, different in parameters.items() if len(set(different)) > 1]
     text += f"\n\N{GREEK CAPITAL LETTER DELTA} in a plot is the difference from {names[0]}.\n"
-    return text + "\n## Parameters that differ\n\n" + _table(head, differing) if differing else text
+    return text + "\n## Parameters that differ\n\n" + table(head, differing) if differing else text
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table in Markdown.
+
+    Args:
+        head: The titles of its columns.
+        rows: Its rows.
+    """
     first = "".join(f"| {name} " if name else "| " for name in head)
     lines = [first, "|---" * len(head), *(f"| {' | '.join(map(_cell, row))} " for row in rows)]
     return "".join(f"{line}|\n" for line in lines)

@@ -39,6 +39,8 @@ class Series:
     contents: Sequence[str]
     """Their entities."""
     legend: bool = False
+    is_high: bool = False
+    """Whether its axis has room for enough numbers, whatever its range."""
 
 
 @dataclass(frozen=True)

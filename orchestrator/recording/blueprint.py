@@ -87,7 +87,8 @@ def _group(group: screens.ViewGroup, extremes: Mapping[str, AxisRange]) -> Any:
 
 
 def _series(view: screens.Series, extremes: Mapping[str, AxisRange]) -> rrb.View:
-    ends = axis_range([extremes[entity] for entity in view.contents if entity in extremes])
+    known = [] if view.is_high else [extremes[entity] for entity in view.contents if entity in extremes]
+    ends = axis_range(known)
     return rrb.TimeSeriesView(
         origin="/",
         contents=view.contents,

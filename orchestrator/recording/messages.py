@@ -7,6 +7,7 @@ the run as it is known at the end.
 from __future__ import annotations
 
 import pickle
+import re
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,6 +18,12 @@ if TYPE_CHECKING:  # the process that records starts faster without these import
     from orchestrator.stepping.master import Simulation
     from orchestrator.stepping.row_batch import RowBatch
     from orchestrator.stepping.signal_table import RecordedElement
+
+
+def new_identifier(name: str | None) -> str:
+    """An identifier that no other recording has; with a name in front of it, because a catalog shows nothing else."""
+    unique = uuid.uuid4().hex
+    return unique if name is None else f"{re.sub('[^a-zA-Z0-9]+', '-', name)}-{unique[:8]}"
 
 
 @dataclass(frozen=True)
@@ -31,10 +38,12 @@ class RecordingRequest:
     """The signal elements in each group of rows."""
     about: dict[str, str]
     """The run's provenance as it is known at the start."""
-    recording_id: str = field(default_factory=lambda: uuid.uuid4().hex)
+    recording_id: str = field(default_factory=lambda: new_identifier(None))
     """The identifier of the recording; the streams of one run to a file and to a viewer share it."""
     followed: bool = False
     """Whether somebody watches while it is recorded."""
+    name: str | None = None
+    """What it is called in the viewer; as the scenario, if not given."""
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,7 @@ class Recording:
             sink,
             scenario.system,
             scenario.scene,
-            name=scenario.name,
+            name=self._request.name or scenario.name,
             grid=scenario.grid,
             about=self._request.about,
             recorded=[[element.path for element in group] for group in self._request.elements],

@@ -29,17 +29,17 @@ _DRAWS_WITHIN: Final = 120.0
 
 def screenshots(  # noqa: PLR0913 - what a picture is taken of, and how
     url: str,
-    recording: Path,
+    source: Path | str,
     times: Sequence[float | None],
     settle: float,
     lives: Callable[[], bool] = lambda: True,
     tab: str | None = None,
 ) -> Iterator[bytes]:
-    """Open a recording in the viewer at a URL and take pictures of the window.
+    """Open something in the viewer at a URL and take pictures of the window.
 
     Args:
         url: Where the viewer listens.
-        recording: The file to open.
+        source: The recording to open, or the URL of a page of a catalog.
         times: One picture is taken at each of these times [s] on the timeline `sim_time`; None is where the viewer
             opens.
         settle: Pause [s] between loading the recording and the first picture.
@@ -56,8 +56,9 @@ def screenshots(  # noqa: PLR0913 - what a picture is taken of, and how
     """
     try:
         viewer = _retried(lambda: ViewerClient.connect(url), _ANSWERS_WITHIN, lives)
-        _retried(lambda: viewer.open(str(recording.resolve())), _ANSWERS_WITHIN, lives)
-        if not _loads(viewer, lives):
+        opened = str(source.resolve()) if isinstance(source, Path) else source
+        _retried(lambda: viewer.open(opened), _ANSWERS_WITHIN, lives)
+        if isinstance(source, Path) and not _loads(viewer, lives):
             raise ValueError("nothing that the viewer can show")
         _refuse_outside(viewer, times)
         if tab is not None:

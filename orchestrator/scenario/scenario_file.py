@@ -118,6 +118,8 @@ class SweepTable(BaseModel):
     """The number of values of each variation, in place of samples: `20`, or `20,5`."""
     seed: Annotated[int, Field(ge=0)] = 0
     """Which values are drawn."""
+    signals: list[str] = []
+    """The signals whose mean and range over all variants are shown, such as `plant.state.y`."""
 
 
 def _used(names: Sequence[str], where: str) -> dict[str, Given]:

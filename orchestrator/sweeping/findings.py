@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -49,9 +49,9 @@ class Group:
     variants: tuple[int, ...]
 
 
-def shown_metrics(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, str]:
+def shown_metrics(paths: Iterable[str], table: pd.DataFrame) -> dict[str, str]:
     """The metrics that are drawn, with their units of measurement; all of them for what is no vehicle on a road."""
-    known = metric_names(planned, table)
+    known = metric_names(paths, table)
     return {n: u for n, u in SHOWN_METRICS.items() if n in known and table[n].notna().any()}
 
 
@@ -71,10 +71,10 @@ def _share(name: str, holds: pd.Series[Any]) -> Share:
     return Share(name, count, known, float(interval.low), float(interval.high))
 
 
-def spreads(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, list[float]]:
+def spreads(paths: Iterable[str], table: pd.DataFrame) -> dict[str, list[float]]:
     """The least value, percentiles 5, 50 and 95, and the largest value of each metric."""
     found: dict[str, list[float]] = {}
-    for name in metric_names(planned, table):
+    for name in metric_names(paths, table):
         values = table[name].to_numpy(dtype=float)
         values = values[np.isfinite(values)]
         if len(values):
@@ -82,9 +82,9 @@ def spreads(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, list[float]
     return found
 
 
-def ranked(planned: PlannedSweep, table: pd.DataFrame) -> pd.DataFrame:
+def ranked(paths: Iterable[str], table: pd.DataFrame) -> pd.DataFrame:
     """The variants, the worst first, as `ranking` has it."""
-    order = [result.variant for result in sorted(results_in(table, planned).values(), key=badness)]
+    order = [result.variant for result in sorted(results_in(table, paths).values(), key=badness)]
     return table.set_index(VARIANT, drop=False).loc[order]
 
 
@@ -115,7 +115,7 @@ def sobol_table(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, dict[st
 
     n, paths = planned.sampling.count, list(planned.columns)
     found: dict[str, dict[str, tuple[float, float]]] = {}
-    for name in metric_names(planned, table):
+    for name in metric_names(paths, table):
         values = table[name].to_numpy(dtype=float)
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue

@@ -18,6 +18,7 @@ from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
 from orchestrator.sweeping.sampling import SAMPLES_OPTION, SEARCH, TABLES, Columns, Sampling, read_sampling, sampled
 from orchestrator.sweeping.sweep_request import SweepRequest, absolute_file
 from orchestrator.sweeping.variation import VARY, Variation, split, twice, value_problems, variation
+from orchestrator.sweeping.watched_signals import UNWATCHED, WatchedSignals, watched_signals
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
 from orchestrator.system.scene import Scene
@@ -47,6 +48,8 @@ class PlannedSweep:
     """What each path is; None for a socket."""
     scenarios: Mapping[str, Scenario]
     """The scenario with each combination of units that fill sockets, before anything else varies."""
+    watched: WatchedSignals = UNWATCHED
+    """The signals that are kept; none in a search, which looks where failures are."""
 
     @property
     def scenario(self) -> Scenario:
@@ -119,9 +122,13 @@ def plan(request: SweepRequest, progress: Progress = SILENT) -> PlannedSweep:
         columns = columns or _values(sampling, variations, request.seed)
         where = f"{SAMPLES_OPTION} {request.samples}, row " if sampling.table is not None else ""
         wrong.problems += [p for v in variations for p in value_problems(v, columns[v.path], quantities[v.path], where)]
+    watched = UNWATCHED
+    if scenarios and request.find is None:
+        count = len(next(iter(columns.values()), ()))
+        watched = wrong.attempt(lambda: watched_signals(request.signals, scenarios, count), watched)
     raise_if_any(dict.fromkeys(wrong.problems))
     assert sampling is not None  # noqa: S101 - it would be a problem
-    return PlannedSweep(request, sampling, tuple(variations), columns, quantities, scenarios)
+    return PlannedSweep(request, sampling, tuple(variations), columns, quantities, scenarios, watched)
 
 
 def _values(sampling: Sampling, variations: Sequence[Variation], seed: int) -> Columns:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -47,9 +47,9 @@ def results_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -
     return pd.DataFrame(columns)
 
 
-def results_in(table: pd.DataFrame, planned: PlannedSweep) -> dict[int, VariantResult]:
-    """The results that a table was made from."""
-    verdicts, metrics = verdict_names(table), metric_names(planned, table)
+def results_in(table: pd.DataFrame, paths: Iterable[str]) -> dict[int, VariantResult]:
+    """The results that a table was made from, without the signals that were watched."""
+    verdicts, metrics = verdict_names(table), metric_names(paths, table)
     found: dict[int, VariantResult] = {}
     for row in table.to_dict("records"):
         number = int(row[VARIANT])
@@ -64,9 +64,9 @@ def verdict_names(table: pd.DataFrame) -> list[str]:
     return [str(name) for name in table.columns if str(table[name].dtype) == "boolean"]
 
 
-def metric_names(planned: PlannedSweep, table: pd.DataFrame) -> list[str]:
+def metric_names(paths: Iterable[str], table: pd.DataFrame) -> list[str]:
     """The metrics of a table of results."""
-    others = {VARIANT, STATUS, ENDED_BY, CAUSE, SECONDS, *planned.columns, *verdict_names(table)}
+    others = {VARIANT, STATUS, ENDED_BY, CAUSE, SECONDS, *paths, *verdict_names(table)}
     return [str(name) for name in table.columns if name not in others]
 
 

@@ -19,6 +19,7 @@ from orchestrator.loading import load
 from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
+from orchestrator.sweeping.bands import band_table
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
 from orchestrator.sweeping.plan import PlannedSweep, Variant, iterate, plan
 from orchestrator.sweeping.results_table import results_table
@@ -68,6 +69,7 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
     find: str | None = None,
     budget: str = "60s",
     options: Options = UNCHANGED,
+    signals: Sequence[str] = (),
     executor: Executor | None = None,
     out: Path | None = None,
     keep: Sequence[str] | None = None,
@@ -85,6 +87,8 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
         find: Failures that are looked for, in place of samples: `"gap_edge < 0"`, `"not inside_road"`, `"fault"`.
         budget: How long they are looked for (`"60s"`), or by how many variants (`"500"`).
         options: What is changed in all variants.
+        signals: The signals whose mean and range over all variants are kept; place across the road and speed, if there
+            are none.
         executor: Who works: any executor of `concurrent.futures`; a process for each core if not given.
         out: The folder; the next free `runs/NAME-sweep-N` if not given.
         keep: The variants whose run folders are kept: `worst:10`, or numbers; the three worst if not given, and what
@@ -98,7 +102,7 @@ def sweep(  # noqa: PLR0913 - what makes a sweep
         RequestError: Something is wrong with the request; the error has all problems, and nothing was run.
     """
     texts = tuple(f"{path}={spelled(values)}" for path, values in variations.items())
-    request = SweepRequest(str(scenario), texts, samples, grid, seed, find, budget, options)
+    request = SweepRequest(str(scenario), texts, samples, grid, seed, find, budget, options, tuple(signals))
     done = run_sweep(
         request, lambda: workforce(None, None) if executor is None else of_executor(executor), out, keep, progress
     )
@@ -167,7 +171,7 @@ def _carried_out(
 ) -> Swept:
     folder = claimed.path
     journal = folder / sweep_folder.DONE
-    task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options)
+    task = SweepTask(uuid.uuid4().hex, planned.request.scenario, planned.request.options, watched=planned.watched)
     if force.is_here:
         task = replace(task, journal=str(journal))
     elif force.lost is not None:  # a cluster, whose machines have other disks
@@ -231,9 +235,13 @@ def _conclude(done: Swept, folder: Path) -> None:
         sweep_folder.write_samples(done.planned, folder)
         more |= {"found": done.found, "mildest": done.mildest}
     if done.results:
-        table = results_table(done.planned, done.results)
+        table, bands = results_table(done.planned, done.results), band_table(done.planned, done.results)
+        if len(bands):
+            sweep_folder.write_bands(bands, folder)
+        elif (former := sweep_folder.read_bands(folder)) is not None:  # of a sweep that had ended before
+            bands = former
         kept = {number: path.name for number, path in done.kept.items()}
-        write_report(done.planned, table, kept, folder, done.seconds, done.found, done.mildest)
+        write_report(done.planned, table, bands, kept, folder, done.seconds, done.found, done.mildest)
         sweep_folder.write_results(table, folder)
     sweep_folder.write_sweep(done.planned, folder, "finished" if done.is_whole else "interrupted", more)
 
@@ -249,7 +257,12 @@ def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress)
         progress.now(f"keeping run {i} of {len(numbers)}: variant {number}")
         options = done.planned.options_of(done.planned.variant(number))
         there = folder / sweep_folder.KEPT_RUNS / f"variant-{number}"
-        finished = execute(load(done.planned.request.scenario, options), there, SILENT, Execution(figures=False))
+        finished = execute(
+            load(done.planned.request.scenario, options),
+            there,
+            SILENT,
+            Execution(figures=False, name=f"variant {number}"),
+        )
         if isinstance(finished.ended, KeyboardInterrupt):
             raise finished.ended
         done.kept[number] = there

@@ -1,4 +1,4 @@
-"""The figures of a sweep: the distribution of each metric, and each metric over each value that varies."""
+"""The figures of a sweep: distributions of metrics, metrics over what varies, and signals over time."""
 # pyright: basic
 # matplotlib carries few types; everything that leaves this file is annotated.
 
@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 
 from orchestrator.pictures.figure_parts import DPI, WIDTH
 from orchestrator.pictures.plots import titled
+from orchestrator.scenario.table_file import TIME
+from orchestrator.sweeping import bands
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -82,6 +84,29 @@ def over_values(
         row[0].set_ylabel(titled(name, unit or None), fontsize=6.5)
     for axes, (path, unit) in zip(panels[-1], paths.items(), strict=True):
         axes.set_xlabel(titled(path, unit or None), fontsize=6.5)
+    return _picture(figure)
+
+
+def over_time(table: pd.DataFrame) -> bytes:
+    """Signals over time, as a picture: their mean, the range of 90 % of the variants, and that of all.
+
+    Args:
+        table: Their bands.
+    """
+    signals = list(dict.fromkeys(table[bands.SIGNAL]))
+    figure = Figure(figsize=(WIDTH, 1.9 * len(signals) + 0.3), layout="constrained")
+    panels = figure.subplots(len(signals), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, name in zip(panels, signals, strict=True):
+        of = table[table[bands.SIGNAL] == name]
+        time, (least, low, _, high, largest) = of[TIME], (of[column] for column in bands.PERCENTILES)
+        axes.fill_between(time, least, largest, color=_GOOD, alpha=0.15, linewidth=0, label="all variants")
+        axes.fill_between(time, low, high, color=_GOOD, alpha=0.35, linewidth=0, label="90 % of them")
+        axes.plot(time, of[bands.MEAN], color=_GOOD, linewidth=1.2, label="mean")
+        axes.set_ylabel(titled(name, of[bands.UNIT].iloc[0]), fontsize=7)
+        axes.tick_params(labelsize=6)
+        axes.grid(alpha=0.3, linewidth=0.5)
+    panels[0].legend(fontsize=6, frameon=False, ncols=3, loc="best")
+    panels[-1].set_xlabel("time [s]", fontsize=7)
     return _picture(figure)
 
 

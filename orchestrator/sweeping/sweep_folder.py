@@ -36,12 +36,15 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 SWEEP: Final = "sweep.json"
 SAMPLES_FILE: Final = "samples.parquet"
 METRICS: Final = "metrics.parquet"
+BANDS: Final = "bands.parquet"
 REPORT: Final = "report.html"
 DONE: Final = "done"
 """The folder of what is done, while a sweep goes on."""
 KEPT_RUNS: Final = "runs"
 """The folder of the runs that are kept."""
-CONTENTS: Final = Contents("sweep", (SWEEP, SAMPLES_FILE, METRICS, REPORT, f"{DONE}/*.jsonl"), inner=(KEPT_RUNS,))
+CONTENTS: Final = Contents(
+    "sweep", (SWEEP, SAMPLES_FILE, METRICS, BANDS, REPORT, f"{DONE}/*.jsonl"), inner=(KEPT_RUNS,)
+)
 _BYTES: Final = 2000
 """[byte] The room that a variant takes, while it is in the journal as well as in the table."""
 
@@ -86,18 +89,18 @@ def known_sweep(folder: Path) -> tuple[ClaimedFolder, PlannedSweep]:
     """
     claimed = reclaim(folder, CONTENTS)
     try:
-        asked = _asked(folder)
-        raise_if_any(_is_search(folder, asked["request"]))
-        request: SweepRequest = asked["request"]
+        known = asked(folder)
+        request: SweepRequest = known["request"]
+        raise_if_any(_is_search(folder, request))
         if request.samples is not None and request.samples.endswith(TABLES):  # the table may be gone by now
             planned = plan(replace(request, samples=str(folder / SAMPLES_FILE)))
             planned = replace(planned, request=request)
         else:
             planned = plan(request)
-        raise_if_any([*_changed(folder, asked["scenarios"], planned), *_resampled(folder, planned)])
+        raise_if_any([*_changed(folder, known["scenarios"], planned), *_resampled(folder, planned)])
         claimed.remarks += [
             f"{folder}: was begun with {name} {old}, goes on with {new}"
-            for name, old in asked["versions"].items()
+            for name, old in known["versions"].items()
             if (new := versions().get(name)) != old
         ]
         (claimed.path / DONE).mkdir(exist_ok=True)
@@ -142,6 +145,24 @@ def write_results(table: pd.DataFrame, folder: Path) -> None:
     (folder / DONE).rmdir()
 
 
+def write_bands(table: pd.DataFrame, folder: Path) -> None:
+    """Write `BANDS`; before `METRICS`, with which the signals go."""
+    with unfinished(folder / BANDS) as file:
+        table.to_parquet(file, index=False)
+
+
+def read_bands(folder: Path) -> pd.DataFrame | None:
+    """Read `BANDS`; None where there is none. Raises `RequestError` for a damaged one."""
+    import pandas as pd  # noqa: PLC0415
+
+    if not (folder / BANDS).is_file():
+        return None
+    try:
+        return pd.read_parquet(folder / BANDS)
+    except (OSError, ValueError) as error:
+        raise refuse(f"{folder}/{BANDS}", f"a damaged file ({error})", "the bands of a sweep") from None
+
+
 def read_results(folder: Path) -> pd.DataFrame:
     """Read `METRICS`. Raises `RequestError` where the sweep has not ended."""
     import pandas as pd  # noqa: PLC0415
@@ -158,27 +179,19 @@ def read_results(folder: Path) -> pd.DataFrame:
 def results_of(folder: Path, planned: PlannedSweep) -> dict[int, VariantResult]:
     """What is done in a sweep that goes on, or that has ended, by the number of the variant."""
     known = read_journal(folder / DONE)
-    return known | (results_in(read_results(folder), planned) if (folder / METRICS).is_file() else {})
+    return known | (results_in(read_results(folder), planned.columns) if (folder / METRICS).is_file() else {})
 
 
 def told_before(folder: Path) -> tuple[dict[int, str], float]:
     """The runs that a sweep has kept so far, and the time [s] that it took."""
-    content = _asked(folder)
+    content = asked(folder)
     return {int(number): name for number, name in content.get("kept", {}).items()}, float(content.get("seconds", 0.0))
 
 
-def kept_folders(folder: Path) -> list[Path]:
-    """The run folders that a sweep has kept, the worst first.
-
-    Raises:
-        RequestError: There are none.
-    """
-    kept = [folder / KEPT_RUNS / name for name in _asked(folder).get("kept", {}).values()]
-    found = [path for path in kept if path.is_dir()]
-    if not found:
-        remedy = f"Keep some: macrostep sweep {folder} --keep worst:3"
-        raise refuse(str(folder), "a sweep without run folders", "a sweep that has kept runs", remedy)
-    return found
+def kept_runs(folder: Path) -> dict[int, Path]:
+    """The run folders that a sweep has kept and that are still there, by variant, the worst first."""
+    kept = {int(number): folder / KEPT_RUNS / name for number, name in asked(folder).get("kept", {}).items()}
+    return {number: path for number, path in kept.items() if path.is_dir()}
 
 
 def _check_room(claimed: ClaimedFolder, count: int) -> None:
@@ -190,8 +203,12 @@ def _check_room(claimed: ClaimedFolder, count: int) -> None:
         raise refuse(str(claimed.named), found, f"{count * _BYTES / 1e6:.0f} MB", "Choose another folder with --out.")
 
 
-def _asked(folder: Path) -> dict[str, Any]:
-    """What was asked for, as `SWEEP` says it."""
+def asked(folder: Path) -> dict[str, Any]:
+    """What was asked for, as `SWEEP` says it: the content of that file, with the `request` as it was.
+
+    Raises:
+        RequestError: It is damaged.
+    """
     where = f"{folder}/{SWEEP}"
     try:
         content: dict[str, Any] = json.loads((folder / SWEEP).read_text("utf-8"))
@@ -199,7 +216,8 @@ def _asked(folder: Path) -> dict[str, Any]:
         options = dict(request.pop("options"))
         if (mode := options.get("mode")) not in (None, "blocks"):
             options["mode"] = Version(mode)
-        request |= {"vary": tuple(request["vary"]), "options": Options(**options)}
+        request |= {name: tuple(request.get(name, ())) for name in ("vary", "signals")}
+        request["options"] = Options(**options)
         return {**content, "request": SweepRequest(**request)}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise refuse(where, f"a file that says not what was asked ({error})", "the file of a sweep") from None

@@ -28,6 +28,7 @@ _LISTED: Final = 20
 def write_report(  # noqa: PLR0913 - what a report is about
     planned: PlannedSweep,
     table: pd.DataFrame,
+    bands: pd.DataFrame,
     kept: Mapping[int, str],
     folder: Path,
     seconds: float,
@@ -39,6 +40,7 @@ def write_report(  # noqa: PLR0913 - what a report is about
     Args:
         planned: The sweep.
         table: Its results.
+        bands: The signals that are watched, over time.
         kept: The names of the run folders that were kept, by variant.
         folder: The folder of the sweep.
         seconds: The time [s] that it took.
@@ -46,15 +48,17 @@ def write_report(  # noqa: PLR0913 - what a report is about
         mildest: Of a search: the failing variant that is nearest to the middle of what varies.
     """
     template = templates(_TEMPLATES).get_template("sweep.html.jinja")
-    known = _content(planned, table, kept)
+    known = _content(planned, table, bands, kept)
     known |= {"aim": planned.request.find, "budget": planned.request.budget, "found": found, "mildest": mildest}
     content = template.render(**known, seconds=seconds, made=now(), versions=versions())
     with unfinished(folder / REPORT) as file:
         file.write_text(content, encoding="utf-8")
 
 
-def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]) -> dict[str, Any]:
-    metrics = findings.shown_metrics(planned, table)
+def _content(
+    planned: PlannedSweep, table: pd.DataFrame, bands: pd.DataFrame, kept: Mapping[int, str]
+) -> dict[str, Any]:
+    metrics = findings.shown_metrics(planned.columns, table)
     indices = findings.sobol_table(planned, table)
     groups, verdicts = findings.groups(table), findings.verdict_names(table)
     failed = {number for group in groups for number in group.variants}
@@ -67,13 +71,15 @@ def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]
         "seed": planned.request.seed,
         "varied": [(v.path, v.text, _unit(planned, v.path)) for v in planned.variations],
         "shares": findings.shares(table),
-        "spreads": findings.spreads(planned, table),
+        "spreads": findings.spreads(planned.columns, table),
         "units": metrics,
         "worst": [_row(planned, row, verdicts, metrics, kept) for row in _worst(planned, table)],
         "groups": [(group, group.variants[:_LISTED]) for group in groups],
         "indices": indices,
         "paths": list(planned.columns),
         "figures": _figures(planned, table, metrics, table[VARIANT].isin(list(failed))) if metrics else [],
+        "over_time": _over_time(bands),
+        "watched": planned.watched.in_words(len(planned)),
         "has_saltelli": planned.sampling.kind == "saltelli",
         "median_ms": 1e3 * float(table[SECONDS].median()) if len(table) else 0.0,
         "runs": KEPT_RUNS,
@@ -81,7 +87,7 @@ def _content(planned: PlannedSweep, table: pd.DataFrame, kept: Mapping[int, str]
 
 
 def _worst(planned: PlannedSweep, table: pd.DataFrame) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = findings.ranked(planned, table).head(findings.WORST_SHOWN).to_dict("records")  # type: ignore[assignment]
+    rows: list[dict[str, Any]] = findings.ranked(planned.columns, table).head(findings.WORST_SHOWN).to_dict("records")  # type: ignore[assignment]
     return rows
 
 
@@ -119,6 +125,13 @@ def _figures(
         ),
         ("How often each metric takes which values.", embedded(sweep_figures.distributions(table, metrics))),
     ]
+
+
+def _over_time(bands: pd.DataFrame) -> str:
+    """The picture of the signals that are watched; empty where there is none."""
+    from orchestrator.sweeping import sweep_figures  # noqa: PLC0415 - as above
+
+    return embedded(sweep_figures.over_time(bands)) if len(bands) else ""
 
 
 def _unit(planned: PlannedSweep, path: str) -> str:

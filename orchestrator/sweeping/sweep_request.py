@@ -34,6 +34,8 @@ class SweepRequest:
     """How long it is looked for, or by how many variants."""
     options: Options = UNCHANGED
     """What is changed in all variants."""
+    signals: tuple[str, ...] = ()
+    """The signals whose mean and range over all variants are shown."""
 
 
 def completed(request: SweepRequest) -> SweepRequest:
@@ -58,6 +60,7 @@ def completed(request: SweepRequest) -> SweepRequest:
         samples=request.samples if asks else samples,
         grid=request.grid if asks else table.grid,
         seed=request.seed or table.seed,
+        signals=request.signals or tuple(table.signals),
     )
 
 

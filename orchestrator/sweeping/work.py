@@ -28,13 +28,14 @@ from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.whole_run import simulation_of
 from orchestrator.sweeping.kept_scenario import KeptScenario
 from orchestrator.sweeping.plan import Variant, options_of
+from orchestrator.sweeping.watched_signals import UNWATCHED, WatchedSignals
 from orchestrator.system.experiment import Scenario
 
 _ID: Final = uuid.uuid4().hex
 """Names this process, also among those of other machines, and those that had its number before."""
 
 
-class VariantResult(msgspec.Struct, frozen=True):
+class VariantResult(msgspec.Struct, frozen=True, omit_defaults=True):
     """What came of a variant."""
 
     variant: int
@@ -46,6 +47,8 @@ class VariantResult(msgspec.Struct, frozen=True):
     """What ended it before its stop time, or why it did not begin; empty if nothing did."""
     cause: str = ""
     """The kind of the fault, by which faults are grouped: the reason without the time."""
+    signals: dict[str, bytes] = {}
+    """What is kept of the signals that are watched."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,8 @@ class SweepTask:
     """What is changed in all variants."""
     journal: str | None = None
     """The folder in which a worker writes what is done, before it reports; None where it cannot be reached."""
+    watched: WatchedSignals = UNWATCHED
+    """The signals that are kept."""
     files: tuple[str, ...] = ()
     """The files that workers on other machines need, by their absolute paths."""
 
@@ -160,6 +165,7 @@ class _Runner:
                 measured.get("verdicts", {}),
                 fault,
                 cause or fault,
+                measured.get("signals", {}),
             )
 
         try:
@@ -183,10 +189,11 @@ class _Runner:
         if changes is None:  # the file of a unit has to be looked at again
             scenario = load(self._task.scenario, options_of(self._task.options, variant))
             with simulation_of(scenario) as simulation:
-                return _run(scenario, simulation)
+                return self._run(variant.number, scenario, simulation)
         values, scene = changes
         with prepared.pool.simulation(values) as simulation:
-            return _run(replace(prepared.scenario, system=simulation.system, scene=scene), simulation)
+            scenario = replace(prepared.scenario, system=simulation.system, scene=scene)
+            return self._run(variant.number, scenario, simulation)
 
     def _prepare(self, fillings: Mapping[str, str]) -> KeptScenario:
         key = tuple(sorted(fillings.items()))
@@ -196,17 +203,18 @@ class _Runner:
                 self._prepared[key] = KeptScenario(load(self._task.scenario, options))
             return self._prepared[key]
 
-
-def _run(scenario: Scenario, simulation: Simulation) -> tuple[dict[str, Any], SimulationError | None]:
-    ended: SimulationError | None = None
-    try:
-        simulation.run()
-    except SimulationError as error:
-        ended = error
-    if simulation.log.kept == 0:
-        return {}, ended
-    rows = Chosen(simulation.columns(), ("time", *simulation.log.at_every_tick))
-    return measured(scenario, rows), ended
+    def _run(
+        self, number: int, scenario: Scenario, simulation: Simulation
+    ) -> tuple[dict[str, Any], SimulationError | None]:
+        ended: SimulationError | None = None
+        try:
+            simulation.run()
+        except SimulationError as error:
+            ended = error
+        if simulation.log.kept == 0:
+            return {}, ended
+        rows = Chosen(simulation.columns(), ("time", *simulation.log.at_every_tick))
+        return {**measured(scenario, rows), "signals": self._task.watched.taken(number, rows)}, ended
 
 
 def _cause(error: SimulationError) -> str:

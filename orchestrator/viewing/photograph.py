@@ -48,12 +48,12 @@ class Look:
 
 
 def photograph(
-    recording: Path, times: Sequence[float | None], *, settle: float = 0.0, look: Look | None = None
+    source: Path | str, times: Sequence[float | None], *, settle: float = 0.0, look: Look | None = None
 ) -> list[bytes]:
-    """Take pictures of a recording.
+    """Take pictures of a recording, or of a page of a catalog.
 
     Args:
-        recording: The file.
+        source: The file, or the URL of the page.
         times: Times [s] on the timeline `sim_time`; None is where the viewer opens.
         settle: Pause [s] before the first picture; the viewer opens with a notice in its upper right corner, which it
             removes after a few seconds.
@@ -70,11 +70,13 @@ def photograph(
     look = look or Look()
     try:
         with headless_viewer(look.size) as (url, lives):
-            return list(screenshots(url, recording, times, settle, lives, look.tab))
+            return list(screenshots(url, source, times, settle, lives, look.tab))
     except RequestError:
         raise
     except ValueError as error:
-        raise refuse(recording.name, str(error), "a recording of a run", "" if look.tab else "Run it again.") from error
+        raise refuse(
+            Path(source).name, str(error), "a recording of a run", "" if look.tab else "Run it again."
+        ) from error
     except ConnectionError as error:
         remedy = "Debian: apt-get install mesa-vulkan-drivers libvulkan1"
         raise refuse(
@@ -82,11 +84,11 @@ def photograph(
         ) from error
 
 
-def write_pictures(recording: Path, picture: Path, times: Sequence[float], look: Look | None = None) -> list[Path]:
-    """Write pictures of a recording.
+def write_pictures(source: Path | str, picture: Path, times: Sequence[float], look: Look | None = None) -> list[Path]:
+    """Write pictures of a recording, or of a page of a catalog.
 
     Args:
-        recording: The file.
+        source: The file, or the URL of the page.
         picture: The PNG file; of several pictures each has its time in its name.
         times: Times [s] on the timeline `sim_time`; one picture where the viewer opens if there are none.
         look: The size of the window, and the tab that is open; the viewer's own if not given.
@@ -98,9 +100,7 @@ def write_pictures(recording: Path, picture: Path, times: Sequence[float], look:
         RequestError: No picture can be taken, or a file cannot be written.
     """
     names = [picture if len(times) < 2 else picture.with_stem(f"{picture.stem}_{t:g}s") for t in times or [0]]  # noqa: PLR2004
-    for path, content in zip(
-        names, photograph(recording, list(times) or [None], settle=_NOTICE, look=look), strict=True
-    ):
+    for path, content in zip(names, photograph(source, list(times) or [None], settle=_NOTICE, look=look), strict=True):
         try:
             path.write_bytes(content)
         except OSError as error:

@@ -48,6 +48,24 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
         RequestError: A request cannot be met; the error has the problems of all requests.
     """
     runs = _found(requests, differences)
+    check(picture, times, look, web=web)
+    with scratch_folder("show") as scratch:
+        path = recording(runs, differences, Path(scratch), tell)
+        present(path, tell, web=web, picture=picture, times=times, look=look)
+
+
+def check(picture: Path | None, times: Sequence[float], look: Look | None, *, web: bool) -> None:
+    """Check how something is to be shown, before it is read.
+
+    Args:
+        picture: As `show` takes it.
+        times: As above.
+        look: As above.
+        web: As above.
+
+    Raises:
+        RequestError: It cannot be shown so, or not on this machine.
+    """
     if times and picture is None:
         raise refuse("--at", "no picture to be taken", "--at together with --picture FILE.png")
     if look is not None and picture is None:
@@ -60,14 +78,36 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
     raise_if_any(problems)
     if not web and picture is None and not has_display():
         raise refuse("Rerun viewer", "no display", "a machine with a display", _REMEDY)
+
+
+def present(  # noqa: PLR0913 - as `show`
+    source: Path | str,
+    tell: Callable[[str], None],
+    *,
+    web: bool = False,
+    picture: Path | None = None,
+    times: Sequence[float] = (),
+    look: Look | None = None,
+) -> None:
+    """Show a recording, or a page of a catalog at a URL, and come back when the viewer is closed.
+
+    Args:
+        source: The file, or the URL.
+        tell: As `show` takes it.
+        web: As above.
+        picture: As above.
+        times: As above.
+        look: As above.
+
+    Raises:
+        RequestError: The viewer ends with an error, or no picture can be taken.
+    """
     tell_of_usage_data(tell)
-    with scratch_folder("show") as scratch:
-        path = recording(runs, differences, Path(scratch), tell)
-        if picture is None:
-            open_viewer(path, tell, web=web)
-            return
-        for written in write_pictures(path, picture, times, look):
-            tell(str(written))
+    if picture is None:
+        open_viewer(source, tell, web=web)
+        return
+    for written in write_pictures(source, picture, times, look):
+        tell(str(written))
 
 
 def _found(requests: Sequence[Path], differences: Sequence[str]) -> list[KeptRun]:
@@ -111,17 +151,17 @@ def recording(runs: Sequence[KeptRun], differences: Sequence[str], scratch: Path
     return path
 
 
-def arguments(path: Path, *, web: bool) -> list[str]:
-    """The options that the viewer's program is started with, to open a file in a window or (`web`) in the browser."""
+def arguments(source: Path | str, *, web: bool) -> list[str]:
+    """The options that the viewer's program is started with, to open a window or (`web`) a page in the browser."""
     chosen = ["--web-viewer", "--web-viewer-port", "0"] if web else ["--hide-welcome-screen"]
-    return ["--bind", LOOPBACK, "--port", "auto", *chosen, str(path)]
+    return ["--bind", LOOPBACK, "--port", "auto", *chosen, str(source)]
 
 
-def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
-    """Open a recording and wait until the viewer is closed.
+def open_viewer(source: Path | str, tell: Callable[[str], None], *, web: bool) -> None:
+    """Open the viewer and wait until it is closed.
 
     Args:
-        path: The recording.
+        source: A recording, or the URL of a page of a catalog.
         tell: Called with the address of the page in the browser.
         web: Whether to open a browser instead of a window.
 
@@ -131,7 +171,7 @@ def open_viewer(path: Path, tell: Callable[[str], None], *, web: bool) -> None:
     lines: list[str] = []
     # A server without a window would run for ever if this process was killed without stopping it.
     prepared = end_with_parent() if web else None
-    command = [executable(), *arguments(path, web=web)]
+    command = [executable(), *arguments(source, web=web)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=prepared) as process:  # noqa: S603, PLW1509 - our own program; one call into libc
         try:
             for line in process.stderr or ():

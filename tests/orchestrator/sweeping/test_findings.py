@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec import structs
 from scipy import stats
 
 from components.interfaces.problem import RequestError
@@ -20,6 +21,7 @@ from components.interfaces.quantity import Quantity
 from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping import findings
+from orchestrator.sweeping.bands import band_table
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.ranking import badness, in_words, kept
 from orchestrator.sweeping.results_table import results_table
@@ -27,6 +29,7 @@ from orchestrator.sweeping.sampling import Sampling, read_sampling, sampled
 from orchestrator.sweeping.sweep_report import write_report
 from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.variation import variation
+from orchestrator.sweeping.watched_signals import WatchedSignals
 from orchestrator.sweeping.work import VariantResult
 
 GOOD = VariantResult(
@@ -47,7 +50,7 @@ def planned(count, texts=None, samples=None):
     sampling = Sampling("lhs", count) if samples is None else read_sampling(samples, None, variations)
     columns = sampled(sampling, variations, 1)
     quantities = {path: None if path == "plant" else Quantity("kg", "") for path in texts}
-    scenario = SimpleNamespace(name="s", title="Something <b>bold</b>")
+    scenario = SimpleNamespace(name="s", title="Something <b>bold</b>", start=0.0, h=0.1)
     return PlannedSweep(SweepRequest("s", samples=samples), sampling, variations, columns, quantities, {"": scenario})
 
 
@@ -69,7 +72,7 @@ def test_a_fault_is_worse_than_a_verdict_and_that_than_a_gap():
     near = replace_metrics(GOOD, 3, gap_edge=0.01)
     assert [r.variant for r in sorted((GOOD, near, OUTSIDE, BROKEN), key=badness)] == [2, 1, 3, 0]
     plan, table = table_of(GOOD, OUTSIDE, BROKEN, near)
-    assert list(findings.ranked(plan, table)["variant"]) == [2, 1, 3, 0]
+    assert list(findings.ranked(plan.columns, table)["variant"]) == [2, 1, 3, 0]
     assert in_words(BROKEN) == "t = 1.2 s: unit `plant`: it died; gap_edge 0.3 m"
     assert in_words(OUTSIDE) == "inside road: no; gap_obstacle 1 m, gap_edge -0.5 m"
 
@@ -165,10 +168,13 @@ def test_the_report_needs_no_other_file(tmp_path, broken, paths):
         i: VariantResult(i, 0.01, {**r.metrics, "gap_edge": 0.1 * i}, r.verdicts, r.fault, r.cause)
         for i, r in enumerate(rows)
     }
-    write_report(plan, results_table(plan, results), {1: "variant-1"}, tmp_path, 2.5)
+    plan = replace(plan, watched=WatchedSignals({"plant.state.y": "m"}))
+    course = plan.watched.taken(0, {"plant.state.y": np.arange(9.0)})
+    bands = band_table(plan, {0: structs.replace(results[0], signals=course)})
+    write_report(plan, results_table(plan, results), bands, {1: "variant-1"}, tmp_path, 2.5)
     page = Page(tmp_path / "report.html")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
-    assert len(page.pictures) == 2
+    assert len(page.pictures) == 3
     assert all(source.startswith("data:image/png;base64,") for source in page.pictures)
     assert "Something <b>bold</b>: 8 variants" in page.text
     assert (f"{broken} of 8 fail" if broken else "None fails") in page.text
@@ -181,7 +187,7 @@ def test_the_report_needs_no_other_file(tmp_path, broken, paths):
 def test_a_system_without_a_road_has_a_report_as_well(tmp_path):
     plan = planned(2)
     results = {i: VariantResult(i, 0.01, {}, {}) for i in range(2)}
-    write_report(plan, results_table(plan, results), {}, tmp_path, 1.0)
+    write_report(plan, results_table(plan, results), band_table(plan, results), {}, tmp_path, 1.0)
     page = Page(tmp_path / "report.html")
     assert page.pictures == []
     assert "2 of 2" in page.text

@@ -230,6 +230,7 @@ def test_a_headless_viewer_ends_with_its_block_and_leaves_no_files(monkeypatch, 
 @pytest.mark.slow
 def test_a_recording_without_anything_to_show_is_refused(graphics, monkeypatch, tmp_path):
     monkeypatch.setattr(viewer_client, "_ANSWERS_WITHIN", 5.0)
+    monkeypatch.setattr(viewer_client, "_EMPTY_AFTER", 30)
     path = tmp_path / "a.rrd"
     path.write_bytes(b"RRF2")
     with pytest.raises(RequestError) as raised:
