@@ -17,11 +17,15 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 _SYMBOLIC = ("SX", "MX")
+_PLAIN = frozenset((float, int, bool, np.float64, np.int64, np.bool_))
+"""Types of numbers."""
 
 
 def is_symbolic(value: object) -> bool:
     """Whether `value` is a CasADi symbol or expression."""
     kind = type(value)
+    if kind in _PLAIN:
+        return False
     return kind.__name__ in _SYMBOLIC and kind.__module__.startswith("casadi")
 
 
@@ -32,6 +36,11 @@ def _symbolic(name: str) -> Callable[..., Any]:
 
 def _either(symbolic: str, numeric: Callable[..., Any]) -> Callable[..., Any]:
     def function(*arguments: Any) -> Any:
+        for argument in arguments:
+            if type(argument) not in _PLAIN:
+                break
+        else:  # the usual case, in which the questions below would cost more than all the rest
+            return numeric(*arguments)
         if any(isinstance(a, np.ndarray) and a.dtype.kind == "O" for a in arguments):  # whose elements may be symbols
             return np.frompyfunc(function, len(arguments), 1)(*arguments)
         return (_symbolic(symbolic) if any(map(is_symbolic, arguments)) else numeric)(*arguments)

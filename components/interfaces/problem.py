@@ -51,6 +51,10 @@ class RequestError(ValueError):
         self.problems = tuple(problems)
         super().__init__("\n".join(map(str, self.problems)))
 
+    def __reduce__(self) -> tuple[type[RequestError], tuple[tuple[Problem, ...]]]:
+        """An error that comes from another process has its problems as well."""
+        return type(self), (self.problems,)
+
 
 def refuse(where: str, found: str, valid: str, remedy: str = "") -> RequestError:
     """The error for a single problem, with the four parts that `Problem` has."""

@@ -65,7 +65,11 @@ _Budget: TypeAlias = Annotated[
 _Seed: TypeAlias = Annotated[int | None, typer.Option(metavar="S", help="Which values are drawn.")]
 _On: TypeAlias = Annotated[
     str | None,
-    typer.Option(metavar="WHERE", help="Who works: `processes` (the usual), `threads`, or a Dask cluster tcp://..."),
+    typer.Option(
+        metavar="WHERE",
+        help="Who works: `processes` (the usual), `threads`, a Dask cluster tcp://..., or a file that says which"
+        " cluster is started, such as slurm.toml.",
+    ),
 ]
 _Jobs: TypeAlias = Annotated[
     int | None, typer.Option(metavar="N", help="How many work at once; one per core if not given.")
@@ -114,7 +118,7 @@ def sweep(  # noqa: PLR0913 - one parameter per option of the command
         from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
         from orchestrator.sweeping.sweep_request import SweepRequest  # noqa: PLC0415
 
-        force, watched = partial(workforce, on, jobs), tuple(signals or ())
+        force, watched = partial(workforce, on, jobs, progress), tuple(signals or ())
         asked = (request, tuple(vary or ()), samples, grid, seed or 0, find, budget or "60s", options, watched)
         if is_sweep(Path(request)):
             _refuse(SweepRequest(*asked), {"--seed": seed, "--budget": budget, "--out": folder})

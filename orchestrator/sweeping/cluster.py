@@ -5,12 +5,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from components.interfaces.problem import Problem, raise_if_any, refuse
+from components.interfaces.progress import Progress
 from orchestrator.results.provenance import own_version
 from orchestrator.sweeping.sent_files import SentFiles, read_files
 from orchestrator.sweeping.work import SweepTask
@@ -28,57 +30,82 @@ _TRIES: Final = 3
 """How often a batch is given to another worker after one was lost."""
 
 
-def dask_workforce(address: str, jobs: int | None) -> Workforce:
+def dask_workforce(on: str, jobs: int | None, progress: Progress) -> Workforce:
     """The workers of a cluster.
 
     Args:
-        address: The address of its scheduler.
+        on: The address of its scheduler, or the file of a cluster that is started for the sweep.
         jobs: How many batches are under way at once; as many as the cluster has threads if not given.
+        progress: Is told when workers are waited for.
 
     Raises:
         RequestError: distributed is not installed, nobody answers, there are no workers, or they have another version.
     """
     from orchestrator.sweeping.engine import ON, Workforce  # noqa: PLC0415 - that module leads here
 
-    where = f"{ON} {address}"
+    where = f"{ON} {on}"
     try:
-        from distributed import Client  # noqa: PLC0415 - an extra
+        import distributed  # noqa: F401, PLC0415 - an extra
     except ImportError:
         raise refuse(where, "no distributed", "the extra `cluster`", "pip install 'macrostep[cluster]'") from None
+    client, ends = _reached(on, where, progress)
     try:
-        client = Client(address, timeout=_ANSWERS_WITHIN, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise refuse(where, f"nobody who answers ({reason})", "the address of a Dask scheduler") from None
-    try:
-        workers = client.scheduler_info(n_workers=-1)["workers"]
-        raise_if_any(_strangers(client, where) if workers else [_empty(where, address)])
+        workers = _workers(client)
+        raise_if_any(_strangers(client, where) if workers else [_empty(where, on)])
     except BaseException:
-        client.close()
+        ends()
         raise
-    threads = sum(worker["nthreads"] for worker in workers.values())
-    words = f"{len(workers)} workers of {address}"
+    watch = _Watch(client, where, workers)
     return Workforce(
-        lambda _: _Cluster(client),
-        jobs or threads,
+        lambda _: _Cluster(client, ends),
+        jobs or watch.threads,
         is_here=False,
         replaceable=False,
-        words=words,
-        lost=_Watch(client, where, set(workers)).lost,
+        words=f"{len(workers)} workers of {on}",
+        capacity=(lambda: jobs) if jobs else (lambda: max(1, watch.threads)),
+        lost=watch.lost,
     )
 
 
-class _Watch:
-    """Looks which workers a cluster has lost."""
+def _reached(on: str, where: str, progress: Progress) -> tuple[Client, Callable[[], object]]:
+    """A client of a cluster, and what ends it; a cluster that somebody else has started goes on then."""
+    if "://" not in on:
+        from orchestrator.sweeping.cluster_file import start_cluster  # noqa: PLC0415 - an extra
 
-    def __init__(self, client: Client, where: str, workers: set[str]) -> None:
+        client, cluster = start_cluster(Path(on), progress)
+        return client, lambda: (client.close(), cluster.close())
+    from distributed import Client  # noqa: PLC0415 - an extra
+
+    try:
+        client = Client(on, timeout=_ANSWERS_WITHIN, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise refuse(where, f"nobody who answers ({reason})", "the address of a Dask scheduler") from None
+    return client, client.close
+
+
+def _workers(client: Client) -> dict[str, int]:
+    """The workers of a cluster, and how many threads each has."""
+    workers = client.scheduler_info(n_workers=-1)["workers"]
+    return {address: worker["nthreads"] for address, worker in workers.items()}
+
+
+class _Watch:
+    """Looks which workers a cluster has, and which it has lost."""
+
+    def __init__(self, client: Client, where: str, workers: Mapping[str, int]) -> None:
         self._client, self._where, self._workers = client, where, workers
         self._last = time.monotonic()
 
+    @property
+    def threads(self) -> int:
+        """How many threads the workers have, as far as it is known."""
+        return sum(self._workers.values())
+
     def lost(self) -> Iterator[str]:
         """A line for each worker that is gone. Raises `RequestError` where there has been none for a while."""
-        present: set[str] = set(self._client.scheduler_info(n_workers=-1)["workers"])
-        for worker in sorted(self._workers - present):
+        present = _workers(self._client)
+        for worker in sorted(self._workers.keys() - present):
             yield f"the worker {worker} was lost; others take over what it was at"
         self._workers = present
         if present:
@@ -114,10 +141,10 @@ def _version() -> str:
 
 
 class _Cluster(Executor):
-    """The standard interface of a cluster; the client is closed with it, the cluster goes on."""
+    """The standard interface of a cluster, which ends as `ends` does."""
 
-    def __init__(self, client: Client) -> None:
-        self._client = client
+    def __init__(self, client: Client, ends: Callable[[], object]) -> None:
+        self._client, self._ends = client, ends
         self._executor = client.get_executor(pure=False, retries=_TRIES)
         self._files: Any = None
 
@@ -131,7 +158,7 @@ class _Cluster(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as the base
         self._executor.shutdown(wait=wait and not cancel_futures)
-        self._client.close()
+        self._ends()
 
 
 def _with_files(files: SentFiles, work: Any, task: SweepTask, *variants: Any) -> Any:

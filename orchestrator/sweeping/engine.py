@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from components.interfaces.problem import refuse
+from components.interfaces.problem import RequestError, refuse
 from components.interfaces.progress import SILENT, Progress
 from orchestrator.sweeping.plan import Variant
 from orchestrator.sweeping.work import (
@@ -59,6 +59,8 @@ class Workforce:
     replaceable: bool
     """Whether an executor that broke can be made anew."""
     words: str
+    capacity: Callable[[], int] | None = None
+    """How many there are now, where that changes."""
     lost: Callable[[], Iterator[str]] | None = None
     """Gives a line for each worker that was lost since it was asked last; raises an error where none is left."""
 
@@ -66,13 +68,19 @@ class Workforce:
         """An executor with all workers."""
         return self.make(self.workers)
 
+    def present(self) -> int:
+        """How many work at this time."""
+        return self.workers if self.capacity is None else self.capacity()
 
-def workforce(on: str | None, jobs: int | None) -> Workforce:
+
+def workforce(on: str | None, jobs: int | None, progress: Progress = SILENT) -> Workforce:
     """Who works.
 
     Args:
-        on: `processes` (the usual), `threads`, or the address of a Dask scheduler, `tcp://head:8786`.
+        on: `processes` (the usual), `threads`, the address of a Dask scheduler, `tcp://head:8786`, or a file that says
+            which cluster is started, `slurm.toml`.
         jobs: How many work at once; one for each core if not given.
+        progress: Is told when workers are waited for.
 
     Raises:
         RequestError: There is no such workforce, or it cannot be reached.
@@ -80,15 +88,16 @@ def workforce(on: str | None, jobs: int | None) -> Workforce:
     if jobs is not None and jobs < 1:
         raise refuse("--jobs", f"{jobs}", "a whole number, 1 or more")
     count = jobs or os.cpu_count() or 1
-    if on in (None, "processes"):
+    if on is None or on == "processes":
         return Workforce(_processes, count, is_here=True, replaceable=True, words=f"{count} processes")
     if on == "threads":
         return Workforce(ThreadPoolExecutor, count, is_here=True, replaceable=False, words=f"{count} threads")
-    if "://" in (on or ""):
+    if "://" in on or on.endswith(".toml"):
         from orchestrator.sweeping.cluster import dask_workforce  # noqa: PLC0415 - an extra
 
-        return dask_workforce(on or "", jobs)
-    raise refuse(f"{ON} {on}", "an unknown workforce", "processes, threads, or the address of a Dask scheduler")
+        return dask_workforce(on, jobs, progress)
+    valid = "processes, threads, the address of a Dask scheduler, or a file of a cluster"
+    raise refuse(f"{ON} {on}", "an unknown workforce", valid)
 
 
 def of_executor(executor: Executor) -> Workforce:
@@ -161,7 +170,7 @@ class Engine:
         pending: dict[Future[list[VariantResult]], list[Variant]] = {}
         more = True
         while more or pending:
-            while more and len(pending) < _AHEAD * self._force.workers:
+            while more and len(pending) < _AHEAD * self._force.present():
                 batch = next(batches, None)
                 more = batch is not None
                 if batch is not None:
@@ -175,6 +184,8 @@ class Engine:
                     pending.clear()
                     yield from self._after_death(lost)
                     break
+                except RequestError:
+                    raise
                 except Exception as error:
                     if self._force.lost is None:
                         raise

@@ -12,16 +12,17 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 
-from components.interfaces.problem import RequestError
+from components.interfaces.problem import RequestError, refuse
 from fmus.toolchain.compiler import BuildError
 from orchestrator.loading import load
 from orchestrator.results.metrics import Chosen
+from orchestrator.results.provenance import own_version
 from orchestrator.results.summary import measured
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import Simulation, SimulationError
@@ -67,6 +68,8 @@ class SweepTask:
     """The signals that are kept."""
     files: tuple[str, ...] = ()
     """The files that workers on other machines need, by their absolute paths."""
+    version: str = field(default_factory=own_version)
+    """The version of macrostep, which workers must have as well."""
 
 
 def run_batch(task: SweepTask, variants: Sequence[Variant]) -> list[VariantResult]:
@@ -137,6 +140,9 @@ _STARTING: Final = threading.Lock()
 
 
 def _runner(task: SweepTask) -> _Runner:
+    if task.version != (mine := own_version()):  # workers of a cluster come and go while a sweep runs
+        found, valid = f"a worker with macrostep {mine}", f"macrostep {task.version}"
+        raise refuse("cluster", found, valid, "Install the same version on all machines, and go on with the sweep.")
     with _STARTING:
         if task.key not in _RUNNERS:
             for runner in _RUNNERS.values():  # a cluster's workers outlive sweeps

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pandas as pd
@@ -58,6 +59,17 @@ class Started:
         parts = self.folder / name / "rows"
         while self.process.poll() is None and not any(pq.read_metadata(p).num_rows for p in parts.glob("part-*")):
             time.sleep(0.01)
+
+    @contextmanager
+    def stopped(self):
+        """Stop the command and what it has started, as long as a block lasts."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(self.process.pid, signal.SIGCONT)
 
     def end(self, within=300):
         """Wait for the end; give the exit code and what stands on stderr, which is never a traceback."""

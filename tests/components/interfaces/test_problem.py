@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
 from components.interfaces.problem import Gathered, Problem, RequestError, choices, did_you_mean, raise_if_any, refuse
@@ -52,3 +54,9 @@ def test_what_does_not_depend_on_each_other_is_gathered():
     wrong = Gathered()
     assert (wrong.attempt(lambda: 3, 0), wrong.attempt(fail, 0), wrong.attempt(fail, None)) == (3, 0, None)
     assert [str(problem) for problem in wrong.problems] == ["a: found 1; valid: 2"] * 2
+
+
+def test_an_error_from_another_process_has_its_problems_and_its_words():
+    error = RequestError([Problem("a", "b", "c", "d"), Problem("e", "f", "g")])
+    there = pickle.loads(pickle.dumps(error))  # noqa: S301 - our own
+    assert (there.problems, str(there)) == (error.problems, str(error))

@@ -24,7 +24,7 @@ from components.interfaces.problem import RequestError
 from components.interfaces.progress import SILENT
 from orchestrator.results.run_folder import SIGNALS
 from orchestrator.scenario.options import Options
-from orchestrator.sweeping import sweep_folder
+from orchestrator.sweeping import sweep_folder, work
 from orchestrator.sweeping.engine import DIED, workforce
 from orchestrator.sweeping.findings import command
 from orchestrator.sweeping.plan import plan
@@ -367,10 +367,20 @@ def test_a_sweep_that_has_ended_can_be_asked_to_keep_more(built_fmus, in_tmp_pat
     assert {n: structs.replace(result, signals={}) for n, result in done.results.items()} == again.results
 
 
+def test_a_worker_with_another_version_ends_a_sweep_that_goes_on_later(built_fmus, in_tmp_path, monkeypatch):
+    request = SweepRequest("static", ("plant.m=1500,1600,2500",), options=SHORT)
+    with monkeypatch.context() as other:
+        other.setattr(work, "own_version", lambda: "9.9")
+        with pytest.raises(RequestError, match="found a worker with macrostep 9.9; valid: macrostep "):
+            run_sweep(request, partial(workforce, "threads", 1), None, (), SILENT)
+    done = go_on(Path("runs/static-sweep-1"), partial(workforce, "threads", 1), (), SILENT)
+    assert [result.fault for result in done.results.values()] == ["", "", ""]
+
+
 @pytest.mark.parametrize(
     ("on", "jobs", "told"),
     [
-        ("cloud", None, "--on cloud: found an unknown workforce; valid: processes, threads, or the address of a Dask"),
+        ("cloud", None, "--on cloud: found an unknown workforce; valid: processes, threads, the address of a Dask"),
         (None, 0, "--jobs: found 0; valid: a whole number, 1 or more"),
     ],
 )
