@@ -153,13 +153,15 @@ def _fits(value: Any, hint: Any) -> bool:
 
 def _fits_at_once(value: Any, hint: Any) -> bool:
     """Whether a value is of the very type, as most are; `Simulation.read` is called in every step."""
-    kind = cast("object", type(value))
-    if kind is hint:
+    kind = cast("Any", type(value))
+    if hint in kind.__mro__ and kind is not bool:  # which Python takes for a whole number
         return True
     origin = get_origin(hint)
     if origin in (Union, UnionType):
         return any(kind is part for part in get_args(hint))
-    return (kind is tuple or kind is dict) and not value and isinstance(value, origin or ())
+    if kind is dict and get_args(hint) == (str, Any):
+        return issubclass(dict, origin or ()) and all(type(key) is str for key in value)
+    return kind in (tuple, dict, frozenset) and not value and isinstance(value, origin or ())
 
 
 def _takes_text(hint: Any) -> bool:

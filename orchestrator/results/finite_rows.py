@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -20,13 +21,12 @@ class FiniteColumns:
 
     def __init__(self, frame: Frame) -> None:
         self._frame = frame
-        self._names = dict.fromkeys(map(str, frame))
+        self._names = tuple(map(str, frame))
         self._known: dict[str, NDArray[np.bool_] | None] = {}
 
     def rows(self, buses: Iterable[str], until: int | None) -> FiniteRows:
         """The rows before one in which all numbers of some buses are finite."""
-        beginnings = tuple(f"{bus}." for bus in buses)
-        wrong = [here for n in self._names if n.startswith(beginnings) and (here := self._finite(n)) is not None]
+        wrong = [here for n in _of_buses(self._names, tuple(buses)) if (here := self._finite(n)) is not None]
         if until is None and not wrong:
             return FiniteRows(self._frame, self._names, None)
         finite = np.ones(len(self._frame["time"]), dtype=bool)
@@ -45,10 +45,17 @@ class FiniteColumns:
         return self._known[name]
 
 
+@lru_cache(maxsize=256)  # the columns of many runs have the same names
+def _of_buses(names: tuple[str, ...], buses: tuple[str, ...]) -> list[str]:
+    """The columns of some buses."""
+    beginnings = tuple(f"{bus}." for bus in buses)
+    return [name for name in names if name.startswith(beginnings)]
+
+
 class FiniteRows(Mapping[str, NDArray[Any]]):
     """Some rows; columns are taken when they are asked for."""
 
-    def __init__(self, frame: Frame, names: Mapping[str, None], finite: NDArray[np.bool_] | None) -> None:
+    def __init__(self, frame: Frame, names: Sequence[str], finite: NDArray[np.bool_] | None) -> None:
         self._frame, self._names, self._finite = frame, names, finite
 
     def __getitem__(self, name: str) -> NDArray[Any]:

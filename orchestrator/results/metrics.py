@@ -248,7 +248,8 @@ class Chosen(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         if name not in self._names:
             raise KeyError(name)
-        return self._frame[name][:: self._every]
+        values = self._frame[name]
+        return values if self._every == 1 else values[:: self._every]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)

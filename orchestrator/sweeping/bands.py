@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from orchestrator.scenario.table_file import TIME
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.watched_signals import values
-from orchestrator.sweeping.work import VariantResult
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -25,12 +24,12 @@ PERCENTILES: Final = {"least": 0, "5 %": 5, "median": 50, "95 %": 95, "largest":
 """The columns of a table of bands; those beside the mean are percentiles of the variants that lasted so long."""
 
 
-def band_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -> pd.DataFrame:
+def band_table(planned: PlannedSweep, signals: Mapping[int, Mapping[str, bytes]]) -> pd.DataFrame:
     """The signals that are watched, over time.
 
     Args:
         planned: The sweep.
-        results: Its results by the number of the variant; those without signals count for nothing.
+        signals: What is kept of them, by the number of the variant.
 
     Returns:
         A row for each signal and tick: the time [s], the number of variants that had a value then, their mean and
@@ -40,7 +39,7 @@ def band_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -> p
 
     tables: list[pd.DataFrame] = []
     for name, unit in planned.watched.columns.items():
-        kept = [results[n].signals[name] for n in sorted(results) if name in results[n].signals]
+        kept = [signals[n][name] for n in sorted(signals) if name in signals[n]]
         if kept:
             columns = {
                 SIGNAL: name,

@@ -22,17 +22,15 @@ from typing import Any, Final
 
 from components.interfaces.problem import RequestError, refuse
 from components.interfaces.progress import SILENT, Progress
+from orchestrator.sweeping.journal import VariantResult, read_journal, write_journal
 from orchestrator.sweeping.plan import Variant
 from orchestrator.sweeping.work import (
     SweepTask,
-    VariantResult,
     begin,
     end,
     in_batches,
     leave_signals,
-    read_journal,
     run_batch,
-    write_journal,
 )
 
 ON: Final = "--on"

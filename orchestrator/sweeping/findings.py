@@ -12,7 +12,7 @@ import numpy as np
 from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping.plan import PlannedSweep
-from orchestrator.sweeping.ranking import badness
+from orchestrator.sweeping.ranking import worst_first
 from orchestrator.sweeping.results_table import CAUSE, FINISHED, STATUS, metric_names, results_in, verdict_names
 from orchestrator.sweeping.sampling import VARIANT
 
@@ -84,17 +84,18 @@ def spreads(paths: Iterable[str], table: pd.DataFrame) -> dict[str, list[float]]
 
 def ranked(paths: Iterable[str], table: pd.DataFrame) -> pd.DataFrame:
     """The variants, the worst first, as `ranking` has it."""
-    order = [result.variant for result in sorted(results_in(table, paths).values(), key=badness)]
-    return table.set_index(VARIANT, drop=False).loc[order]
+    return table.set_index(VARIANT, drop=False).loc[worst_first(results_in(table, paths))]
 
 
 def groups(table: pd.DataFrame) -> list[Group]:
     """Variants that failed, by cause: the fault, or the verdicts that do not hold; the most frequent first."""
     by_cause: dict[str, list[int]] = {}
     verdicts = verdict_names(table)
-    for row in table.to_dict("records"):
-        if cause := cause_of({str(name): value for name, value in row.items()}, verdicts):
-            by_cause.setdefault(cause, []).append(int(row[VARIANT]))
+    for _, alike in table.groupby([CAUSE, *verdicts], dropna=False, sort=False):
+        if cause := cause_of({str(name): value for name, value in alike.iloc[0].items()}, verdicts):
+            by_cause.setdefault(cause, []).extend(map(int, alike[VARIANT]))
+    for variants in by_cause.values():
+        variants.sort()
     return sorted((Group(c, tuple(v)) for c, v in by_cause.items()), key=lambda group: -len(group.variants))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from components.interfaces.problem import refuse
-from orchestrator.sweeping.work import VariantResult
+from orchestrator.sweeping.journal import VariantResult
 
 KEEP_OPTION: Final = "--keep"
 _GAPS: Final = ("gap_obstacle", "gap_edge")
@@ -36,6 +36,11 @@ def in_words(result: VariantResult) -> str:
     return "; ".join(part for part in (result.fault, failed, gaps) if part) or "nothing to tell"
 
 
+def worst_first(results: Mapping[int, VariantResult]) -> list[int]:
+    """The numbers of the variants, the worst first; their results are looked at one at a time."""
+    return sorted(results, key=lambda variant: badness(results[variant]))
+
+
 def kept(wanted: Iterable[str], results: Mapping[int, VariantResult], count: int) -> list[int]:
     """The variants whose runs are kept, the worst first.
 
@@ -47,12 +52,12 @@ def kept(wanted: Iterable[str], results: Mapping[int, VariantResult], count: int
     Raises:
         RequestError: A text has another form, or there is no such variant.
     """
-    ranked = sorted(results.values(), key=badness)
+    ranked = worst_first(results)
     numbers: dict[int, None] = {}
     for text in wanted:
         for part in (one.strip() for one in text.split(",")):
             if match := _WORST.fullmatch(part):
-                numbers |= dict.fromkeys(result.variant for result in ranked[: int(match[1])])
+                numbers |= dict.fromkeys(ranked[: int(match[1])])
             elif part.isdecimal() and int(part) < count:
                 numbers[int(part)] = None
             else:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from orchestrator.sweeping.journal import VariantResult, VariantResults
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import VARIANT
 from orchestrator.sweeping.variation import typed
-from orchestrator.sweeping.work import VariantResult
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -33,25 +33,28 @@ def results_table(planned: PlannedSweep, results: Mapping[int, VariantResult]) -
     import pandas as pd  # noqa: PLC0415 - slow to import, and most of macrostep does without
 
     numbers = sorted(results)
-    done = [results[n] for n in numbers]
     columns: dict[str, Any] = {VARIANT: numbers}
     columns |= {path: [values[n] for n in numbers] for path, values in values_of(planned).items()}
-    columns[STATUS] = [FINISHED if not r.fault else ENDED_BY for r in done]
-    for name in _names(r.verdicts for r in done):
-        columns[name] = pd.array([r.verdicts.get(name) for r in done], dtype="boolean")
-    for name in _names(r.metrics for r in done):
-        columns[name] = [r.metrics.get(name, float("nan")) for r in done]
-    columns[ENDED_BY] = [r.fault for r in done]
-    columns[CAUSE] = [r.cause for r in done]
-    columns[SECONDS] = [r.seconds for r in done]
-    return pd.DataFrame(columns)
+    verdicts: dict[str, list[Any]] = {}
+    metrics: dict[str, list[Any]] = {}
+    told: dict[str, list[Any]] = {STATUS: [], ENDED_BY: [], CAUSE: [], SECONDS: []}
+    for row, n in enumerate(numbers):  # one at a time, because there may be very many
+        result = results[n]
+        _add(verdicts, row, result.verdicts, None)
+        _add(metrics, row, result.metrics, float("nan"))
+        status = ENDED_BY if result.fault else FINISHED
+        _add(told, row, {STATUS: status, ENDED_BY: result.fault, CAUSE: result.cause, SECONDS: result.seconds}, None)
+    columns[STATUS] = told.pop(STATUS)
+    columns |= {name: pd.array(values, dtype="boolean") for name, values in verdicts.items()}
+    return pd.DataFrame({**columns, **metrics, **told})
 
 
-def results_in(table: pd.DataFrame, paths: Iterable[str]) -> dict[int, VariantResult]:
+def results_in(table: pd.DataFrame, paths: Iterable[str]) -> VariantResults:
     """The results that a table was made from, without the signals that were watched."""
     verdicts, metrics = verdict_names(table), metric_names(paths, table)
-    found: dict[int, VariantResult] = {}
-    for row in table.to_dict("records"):
+    found, names = VariantResults(), [str(name) for name in table.columns]
+    for values in table.itertuples(index=False, name=None):  # one at a time, because there may be very many
+        row = dict(zip(names, values, strict=True))
         number = int(row[VARIANT])
         measured = {name: float(row[name]) for name in metrics if np.isfinite(row[name])}
         kept = {name: bool(row[name]) for name in verdicts if isinstance(row[name], bool | np.bool_)}
@@ -70,5 +73,9 @@ def metric_names(paths: Iterable[str], table: pd.DataFrame) -> list[str]:
     return [str(name) for name in table.columns if name not in others]
 
 
-def _names(entries: Any) -> list[str]:
-    return list(dict.fromkeys(name for one in entries for name in one))
+def _add(columns: dict[str, list[Any]], row: int, values: Mapping[str, Any], absent: Any) -> None:
+    """Add a row to columns, of which some may be new."""
+    for name in values:
+        columns.setdefault(name, [absent] * row)
+    for name, column in columns.items():
+        column.append(values.get(name, absent))

@@ -16,8 +16,8 @@ import numpy as np
 
 from components.interfaces.maths import Array
 from components.interfaces.problem import choices, did_you_mean, refuse
+from orchestrator.sweeping.journal import VariantResult
 from orchestrator.sweeping.plan import PlannedSweep, Variant
-from orchestrator.sweeping.work import VariantResult
 
 FIND: Final = "--find"
 BUDGET: Final = "--budget"

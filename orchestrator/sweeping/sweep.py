@@ -21,6 +21,7 @@ from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.bands import band_table
 from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
+from orchestrator.sweeping.journal import VariantResult, VariantResults
 from orchestrator.sweeping.plan import PlannedSweep, Variant, iterate, plan
 from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.search import FailureSearch
@@ -28,7 +29,7 @@ from orchestrator.sweeping.sent_files import needed_files
 from orchestrator.sweeping.sweep_request import SweepRequest, absolute, completed
 from orchestrator.sweeping.tally import Tally
 from orchestrator.sweeping.variation import MOST, spelled
-from orchestrator.sweeping.work import SweepTask, VariantResult
+from orchestrator.sweeping.work import SweepTask
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
     import pandas as pd
@@ -43,7 +44,7 @@ class Swept:
 
     folder: Path
     planned: PlannedSweep
-    results: dict[int, VariantResult]
+    results: VariantResults
     """By the number of the variant."""
     is_whole: bool = False
     """Whether all variants are done, and the folder is complete."""
@@ -235,7 +236,7 @@ def _conclude(done: Swept, folder: Path) -> None:
         sweep_folder.write_samples(done.planned, folder)
         more |= {"found": done.found, "mildest": done.mildest}
     if done.results:
-        table, bands = results_table(done.planned, done.results), band_table(done.planned, done.results)
+        table, bands = results_table(done.planned, done.results), band_table(done.planned, done.results.signals)
         if len(bands):
             sweep_folder.write_bands(bands, folder)
         elif (former := sweep_folder.read_bands(folder)) is not None:  # of a sweep that had ended before

@@ -22,11 +22,11 @@ from orchestrator.results.provenance import now, versions
 from orchestrator.results.run_folder import RUN
 from orchestrator.results.summary import units
 from orchestrator.scenario.options import Options
+from orchestrator.sweeping.journal import VariantResults, read_journal
 from orchestrator.sweeping.plan import PlannedSweep, plan
 from orchestrator.sweeping.results_table import results_in, values_of
 from orchestrator.sweeping.sampling import TABLES, VARIANT
 from orchestrator.sweeping.sweep_request import SweepRequest
-from orchestrator.sweeping.work import VariantResult, read_journal
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.value_texts import plain
 
@@ -176,10 +176,12 @@ def read_results(folder: Path) -> pd.DataFrame:
         raise refuse(f"{folder}/{METRICS}", f"a damaged file ({error})", "the table of a sweep") from None
 
 
-def results_of(folder: Path, planned: PlannedSweep) -> dict[int, VariantResult]:
+def results_of(folder: Path, planned: PlannedSweep) -> VariantResults:
     """What is done in a sweep that goes on, or that has ended, by the number of the variant."""
     known = read_journal(folder / DONE)
-    return known | (results_in(read_results(folder), planned.columns) if (folder / METRICS).is_file() else {})
+    if (folder / METRICS).is_file():
+        known.update(results_in(read_results(folder), planned.columns))
+    return known
 
 
 def told_before(folder: Path) -> tuple[dict[int, str], float]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from orchestrator.sweeping import ranking
+from orchestrator.sweeping.journal import VariantResult
 from orchestrator.sweeping.plan import PlannedSweep
-from orchestrator.sweeping.work import VariantResult
 
 
 class Tally:

@@ -6,17 +6,13 @@ then reset for each variant. A variant that ends in a fault is a result with a f
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
 import time
-import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
-
-import msgspec
 
 from components.interfaces.problem import RequestError, refuse
 from fmus.toolchain.compiler import BuildError
@@ -27,29 +23,11 @@ from orchestrator.results.summary import measured
 from orchestrator.scenario.options import Options
 from orchestrator.stepping.master import Simulation, SimulationError
 from orchestrator.stepping.whole_run import simulation_of
+from orchestrator.sweeping.journal import VariantResult, write_journal
 from orchestrator.sweeping.kept_scenario import KeptScenario
 from orchestrator.sweeping.plan import Variant, options_of
 from orchestrator.sweeping.watched_signals import UNWATCHED, WatchedSignals
 from orchestrator.system.experiment import Scenario
-
-_ID: Final = uuid.uuid4().hex
-"""Names this process, also among those of other machines, and those that had its number before."""
-
-
-class VariantResult(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What came of a variant."""
-
-    variant: int
-    seconds: float
-    """[s] The wall time that it took."""
-    metrics: dict[str, float]
-    verdicts: dict[str, bool]
-    fault: str = ""
-    """What ended it before its stop time, or why it did not begin; empty if nothing did."""
-    cause: str = ""
-    """The kind of the fault, by which faults are grouped: the reason without the time."""
-    signals: dict[str, bytes] = {}
-    """What is kept of the signals that are watched."""
 
 
 @dataclass(frozen=True)
@@ -106,33 +84,6 @@ def end(task: SweepTask) -> None:
 def leave_signals() -> None:
     """Leave Ctrl-C to the process that asked for the sweep: it ends its workers in order."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def write_journal(folder: Path, results: Sequence[VariantResult]) -> None:
-    """Add results to what this thread has done, in a file of its own; a line is there as a whole, or does not count."""
-    file = folder / f"{_ID}-{os.getpid()}-{threading.get_ident()}.jsonl"
-    with file.open("ab", buffering=0) as stream:
-        stream.write(b"".join(msgspec.json.encode(result) + b"\n" for result in results))
-
-
-def read_journal(folder: Path) -> dict[int, VariantResult]:
-    """All results in a journal, by the number of the variant.
-
-    Args:
-        folder: The folder; a line that a killed process has left incomplete is no result.
-    """
-    found: dict[int, VariantResult] = {}
-    decoder = msgspec.json.Decoder(VariantResult)
-    for file in sorted(folder.glob("*.jsonl")):
-        for line in file.read_bytes().splitlines(keepends=True):
-            if not line.endswith(b"\n"):
-                continue
-            try:
-                result = decoder.decode(line)
-            except msgspec.DecodeError:
-                continue
-            found.setdefault(result.variant, result)
-    return found
 
 
 _RUNNERS: Final[dict[str, _Runner]] = {}

@@ -25,17 +25,16 @@ from orchestrator.sweeping.bands import PERCENTILES, band_table
 from orchestrator.sweeping.engine import workforce
 from orchestrator.sweeping.sweep import go_on, sweep
 from orchestrator.sweeping.watched_signals import WatchedSignals, watched_signals
-from orchestrator.sweeping.work import VariantResult
 from tests.orchestrator.sweeping.test_findings import planned
 
 SHORT = Options(stop_time=2.0)
 
 
 def kept(*courses, every_variant=1, every_row=1):
-    """A plan and its results, in which the signal `s` had these values in each variant."""
+    """A plan and what is kept of its variants, in which the signal `s` had these values in each variant."""
     watched = WatchedSignals({"s": "m"}, every_variant, every_row)
     rows = [{"s": np.array(course, dtype=float)} for course in courses]
-    results = {n: VariantResult(n, 0.1, {}, {}, signals=watched.taken(n, row)) for n, row in enumerate(rows)}
+    results = {n: signals for n, row in enumerate(rows) if (signals := watched.taken(n, row))}
     return replace(planned(len(courses)), watched=watched), results
 
 

@@ -13,7 +13,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from msgspec import structs
 from scipy import stats
 
 from components.interfaces.problem import RequestError
@@ -22,6 +21,7 @@ from fmus.toolchain.version import Version
 from orchestrator.scenario.options import Options
 from orchestrator.sweeping import findings
 from orchestrator.sweeping.bands import band_table
+from orchestrator.sweeping.journal import VariantResult
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.ranking import badness, in_words, kept
 from orchestrator.sweeping.results_table import results_table
@@ -30,7 +30,6 @@ from orchestrator.sweeping.sweep_report import write_report
 from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.variation import variation
 from orchestrator.sweeping.watched_signals import WatchedSignals
-from orchestrator.sweeping.work import VariantResult
 
 GOOD = VariantResult(
     0, 0.01, {"gap_obstacle": 1.0, "gap_edge": 0.5, "r_peak": 0.4}, {"no_contact": True, "inside_road": True}
@@ -170,7 +169,7 @@ def test_the_report_needs_no_other_file(tmp_path, broken, paths):
     }
     plan = replace(plan, watched=WatchedSignals({"plant.state.y": "m"}))
     course = plan.watched.taken(0, {"plant.state.y": np.arange(9.0)})
-    bands = band_table(plan, {0: structs.replace(results[0], signals=course)})
+    bands = band_table(plan, {0: course})
     write_report(plan, results_table(plan, results), bands, {1: "variant-1"}, tmp_path, 2.5)
     page = Page(tmp_path / "report.html")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
@@ -187,7 +186,7 @@ def test_the_report_needs_no_other_file(tmp_path, broken, paths):
 def test_a_system_without_a_road_has_a_report_as_well(tmp_path):
     plan = planned(2)
     results = {i: VariantResult(i, 0.01, {}, {}) for i in range(2)}
-    write_report(plan, results_table(plan, results), band_table(plan, results), {}, tmp_path, 1.0)
+    write_report(plan, results_table(plan, results), band_table(plan, {}), {}, tmp_path, 1.0)
     page = Page(tmp_path / "report.html")
     assert page.pictures == []
     assert "2 of 2" in page.text

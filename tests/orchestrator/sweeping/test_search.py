@@ -13,13 +13,13 @@ import pytest
 from components.interfaces.problem import RequestError
 from components.interfaces.quantity import Quantity
 from orchestrator.scenario.options import Options
+from orchestrator.sweeping.journal import VariantResult
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.sampling import SEARCH, Sampling
 from orchestrator.sweeping.search import Budget, FailureSearch, read_aim, read_budget
 from orchestrator.sweeping.sweep import sweep
 from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.sweeping.variation import variation
-from orchestrator.sweeping.work import VariantResult
 
 PATHS = ("p.a", "p.b")
 

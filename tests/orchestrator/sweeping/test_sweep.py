@@ -27,11 +27,11 @@ from orchestrator.scenario.options import Options
 from orchestrator.sweeping import sweep_folder, work
 from orchestrator.sweeping.engine import DIED, workforce
 from orchestrator.sweeping.findings import command
+from orchestrator.sweeping.journal import VariantResult, read_journal, write_journal
 from orchestrator.sweeping.plan import plan
 from orchestrator.sweeping.sweep import go_on, run_sweep, sweep
 from orchestrator.sweeping.sweep_request import SweepRequest, absolute
 from orchestrator.sweeping.tally import Tally
-from orchestrator.sweeping.work import VariantResult, read_journal, write_journal
 from tests.orchestrator.exchange.passport.measured_fmus import lag
 from tests.waiting import wait_until
 
