@@ -76,6 +76,7 @@ def metric_names(paths: Iterable[str], table: pd.DataFrame) -> list[str]:
 def _add(columns: dict[str, list[Any]], row: int, values: Mapping[str, Any], absent: Any) -> None:
     """Add a row to columns, of which some may be new."""
     for name in values:
-        columns.setdefault(name, [absent] * row)
+        if name not in columns:
+            columns[name] = [absent] * row
     for name, column in columns.items():
         column.append(values.get(name, absent))
