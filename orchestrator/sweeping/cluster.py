@@ -156,8 +156,8 @@ class _Cluster(Executor):
             self._files = self._client.scatter(read_files(task.files), hash=False)
         return self._executor.submit(_with_files, self._files, fn, replace(task, files=()), *rest, **kwargs)
 
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - as the base
-        self._executor.shutdown(wait=wait and not cancel_futures)
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002, FBT001, FBT002 - as the base
+        self._executor.shutdown(wait=False)  # what is under way is not wanted any more
         self._ends()
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import threading
+import time
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
     Executor,
     Future,
-    ProcessPoolExecutor,
     ThreadPoolExecutor,
     wait,
 )
@@ -42,6 +41,8 @@ _AHEAD: Final = 2
 """Batches that wait for each worker."""
 _LOOKS_EVERY: Final = 2.0
 """[s] The time between two looks at the workers of a cluster."""
+_LOOKS_FOR_PARENT: Final = 0.5
+"""[s] The time between two looks whether the process that asked for the sweep lives."""
 DIED: Final = "the process that ran it died"
 
 
@@ -115,17 +116,27 @@ class _Borrowed(Executor):
 
 
 def _processes(count: int) -> Executor:
-    # They are spawned: a forked process would share locks with our threads.
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, mp_context=context, initializer=_in_process)
+    # A forked process would share locks with our threads, and one that `multiprocessing` spawns runs the script that
+    # has asked for the sweep once more.
+    from loky import backend, process_executor  # noqa: PLC0415 - slow to import
+
+    made: Any = process_executor.ProcessPoolExecutor  # type: ignore[unknown] - loky carries no types
+    # Their working folder is that of whoever asks, in which nothing is looked for.
+    how = {"context": backend.get_context("loky"), "env": {"PYTHONSAFEPATH": "1"}}  # type: ignore[unknown]
+    executor: Executor = made(count, initializer=_in_process, **how)  # type: ignore[unknown]
+    return executor
 
 
 def _in_process() -> None:
     """Begin a worker process, which ends with the one that made it."""
     leave_signals()
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+    threading.Thread(target=_end_after, args=(os.getppid(),), daemon=True).start()
+
+
+def _end_after(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_LOOKS_FOR_PARENT)
+    os._exit(1)
 
 
 class Engine:
@@ -142,17 +153,19 @@ class Engine:
         self._task, self._force, self._journal, self._progress = task, force, journal, progress
         self._seconds = 0.0
         self._executor: Executor | None = None
+        self._pending: dict[Future[list[VariantResult]], list[Variant]] = {}
 
     @contextmanager
     def working(self) -> Generator[None]:
         """Have workers in the block; they get ready at once."""
         self._executor = self._force.executor()
-        for _ in range(self._force.workers):
-            self._executor.submit(begin, self._task)
+        begun = [self._executor.submit(begin, self._task) for _ in range(self._force.workers)]
         try:
             yield
         finally:
-            self._executor.shutdown(wait=True, cancel_futures=True)
+            for future in (*begun, *self._pending):
+                future.cancel()
+            self._executor.shutdown(wait=True)
             end(self._task)  # threads work in this process
 
     def run(self, variants: Iterator[Variant]) -> Iterator[VariantResult]:
@@ -165,8 +178,7 @@ class Engine:
             Their results, each when it has come; all of them are in the journal.
         """
         batches = in_batches(variants, self._size)
-        pending: dict[Future[list[VariantResult]], list[Variant]] = {}
-        more = True
+        pending, more = self._pending, True
         while more or pending:
             while more and len(pending) < _AHEAD * self._force.present():
                 batch = next(batches, None)

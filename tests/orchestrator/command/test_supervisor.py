@@ -72,12 +72,13 @@ def rows_so_far(folder):
 
 def test_python_files_in_the_working_folder_are_not_imported(tmp_path):
     model(tmp_path, "#define STATUS 0")
-    for name in ("queue", "statistics", "fmpy", "fmus", "orchestrator", "numpy", "json", "casadi", "rerun", "lxml"):
+    for name in ("queue", "statistics", "fmpy", "fmus", "orchestrator", "numpy", "json", "casadi", "rerun", "loky"):
         (tmp_path / f"{name}.py").write_text("open('imported', 'a').write(__name__)")
     for name in ("fmus", "components", "pandas"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("open('imported', 'a').write(__name__)")
-    for arguments in (("check", "m.fmu"), ("run", "m.fmu", "--stop-time", 1, "--step", 0.1), ("list",)):
+    swept = ("sweep", "static", "--blocks", "--stop-time", 0.3, "--vary", "plant.m=1500,1600", "--jobs", 2)
+    for arguments in (("check", "m.fmu"), ("run", "m.fmu", "--stop-time", 1, "--step", 0.1), ("list",), swept):
         code, err = ended(started(tmp_path, *arguments))
         assert code == 0, err
     assert not (tmp_path / "imported").exists()

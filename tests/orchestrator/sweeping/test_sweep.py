@@ -377,6 +377,18 @@ def test_a_worker_with_another_version_ends_a_sweep_that_goes_on_later(built_fmu
     assert [result.fault for result in done.results.values()] == ["", "", ""]
 
 
+def test_a_script_that_asks_for_a_sweep_runs_once(built_fmus, in_tmp_path):
+    """Processes that `multiprocessing` spawns would run it again, each of which would ask for another sweep."""
+    (in_tmp_path / "mine.py").write_text(
+        "from orchestrator import Options, sweep\n"
+        "print('runs')\n"
+        "table = sweep('static', {'plant.m': [1500, 1600]}, options=Options(stop_time=0.3), keep=())\n"
+        "print(len(table), set(table['status']))\n"
+    )
+    done = subprocess.run([sys.executable, "mine.py"], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("runs\n2 {'finished'}\n", "")
+
+
 @pytest.mark.parametrize(
     ("on", "jobs", "told"),
     [
