@@ -167,3 +167,14 @@ def test_what_is_found_is_kept_and_told(built_fmus, macrostep, in_tmp_path):
     assert f"  variant {told['mildest']}, the mildest (plant.m=" in out
     code, _, err = macrostep("sweep", "f")
     assert (code, "found a search; valid: a sweep of samples. Begin it anew." in err) == (2, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["static", "dynamic-slow"])
+def test_in_a_scenario_it_finds_what_a_grid_finds_with_a_tenth_of_its_runs(scenario, built_fmus, in_tmp_path):
+    varied = {"plant.m": "1500:2500", "controller.b_3": "log:1e-3:1e-1"}
+    grid = sweep(scenario, varied, grid="20", keep=())
+    assert 0.05 < (grid["gap_edge"] < -0.2).mean() < 0.15, "a few of 400 fail"
+    found = sweep(scenario, varied, find="gap_edge < -0.2", budget="40", seed=1, keep=())
+    assert len(found) <= 40
+    assert found["gap_edge"].min() < -0.2
