@@ -154,7 +154,7 @@ def _fits(value: Any, hint: Any) -> bool:
 def _fits_at_once(value: Any, hint: Any) -> bool:
     """Whether a value is of the very type, as most are; `Simulation.read` is called in every step."""
     kind = cast("Any", type(value))
-    if hint in kind.__mro__ and kind is not bool:  # which Python takes for a whole number
+    if kind is hint or (hint in kind.__mro__ and kind is not bool):  # which Python takes for a whole number
         return True
     origin = get_origin(hint)
     if origin in (Union, UnionType):

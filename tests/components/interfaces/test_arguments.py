@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -125,3 +127,9 @@ def test_types_in_words():
     assert in_words(Mapping[str, Sequence[int]]) == "Mapping of str to Sequence of int"
     assert in_words(float | None) == "float or None"
     assert in_words(Any) == "anything"
+
+
+def test_what_is_usual_is_checked_without_the_library_that_is_slow_to_import():
+    asked = "import sys, orchestrator.command.main, orchestrator.scenario.options; print('typeguard' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
