@@ -70,7 +70,7 @@ class StateKeeper:
             ended=self._status.ended,
             without_state=without,
             digest=self.digest(),
-            past=self._past,
+            past=self._until(self._status.tick),
             saved=None if without else self._running.states.save(able),
         )
 
@@ -93,12 +93,15 @@ class StateKeeper:
         self._table.held = snapshot.held
         self._running.failed = None
         self._status.go_to(snapshot.tick, snapshot.ended)
-        past = tuple(part for part in self._past if part[0] <= snapshot.tick)
-        self._log.go_to(snapshot.tick, same_past=past == snapshot.past)
+        self._log.go_to(snapshot.tick, same_past=self._until(snapshot.tick) == snapshot.past)
         self._past = (*snapshot.past, (snapshot.tick + 1, object()))
         if snapshot.tick >= 0 and snapshot.time < self._status.time:
             self._log.shorten(snapshot.tick, snapshot.time)
         return True
+
+    def _until(self, tick: int) -> Past:
+        """The parts of the past up to a tick; those that begin later say nothing of it."""
+        return tuple(part for part in self._past if part[0] <= tick)
 
     def check(self, snapshot: Snapshot) -> None:
         """Refuse a snapshot that this simulation cannot have made. Raises `RequestError`."""

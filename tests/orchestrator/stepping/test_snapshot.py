@@ -507,3 +507,14 @@ def test_after_ctrl_c_in_the_midst_of_a_step_only_reset_and_restore_go_on():
                 finished(simulation)["s.b.value"].tolist()
                 == finished(Simulation(made, h=0.1, until=3.0))["s.b.value"].tolist()
             )
+
+
+def test_going_back_again_and_again_does_not_become_dearer(built_fmus):
+    static = load("static")
+    with Simulation(static.system, h=static.h, until=static.until) as simulation:
+        simulation.step()
+        for _ in range(100):
+            snapshot = simulation.save()
+            simulation.step()
+            simulation.restore(snapshot)
+        assert len(simulation.save().past) <= 3
