@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from components.interfaces.problem import refuse
 from orchestrator.command import shell_completion
 from orchestrator.command.console import print_message
 
@@ -46,11 +47,13 @@ def show(  # noqa: PLR0913 - one parameter per option of the command
 
     look = Look(size, tab) if size or tab else None
     opened = partial(viewer.show, runs)
-    if len(runs) == 1 and (runs[0] / MANIFEST_FILE).is_file():
+    if any((run / MANIFEST_FILE).is_file() for run in runs):
         from orchestrator.sweeping.sweep_folder import is_sweep  # noqa: PLC0415
 
-        if is_sweep(runs[0]):
+        if sweeps := [run for run in runs if is_sweep(run)]:
             from orchestrator.sweeping.sweep_view import show_sweep  # noqa: PLC0415
 
-            opened = partial(show_sweep, runs[0])
+            if len(runs) > 1:
+                raise refuse(str(sweeps[0]), "a sweep beside something else", "runs, or one sweep")
+            opened = partial(show_sweep, sweeps[0])
     opened(difference or [], print_message, web=web, picture=picture, times=at or [], look=look)

@@ -21,6 +21,7 @@ TICK: Final = "tick"
 VARIANTS: Final = "variants"
 MEAN: Final = "mean"
 PERCENTILES: Final = {"least": 0, "5 %": 5, "median": 50, "95 %": 95, "largest": 100}
+BAND_COLUMNS: Final = (SIGNAL, UNIT, TICK, TIME, VARIANTS, MEAN, *PERCENTILES)
 """The columns of a table of bands; those beside the mean are percentiles of the variants that lasted so long."""
 
 
@@ -52,11 +53,7 @@ def band_table(planned: PlannedSweep, signals: Mapping[int, Mapping[str, bytes]]
             table[TICK] += np.arange(len(table)) * planned.watched.every_row
             table[TIME] += table[TICK] * planned.scenario.h
             tables.append(table[table[VARIANTS] > 0])
-    return (
-        pd.concat(tables, ignore_index=True)
-        if tables
-        else pd.DataFrame(columns=[SIGNAL, UNIT, TICK, TIME, VARIANTS, MEAN, *PERCENTILES])
-    )
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(BAND_COLUMNS))
 
 
 def _statistics(kept: list[NDArray[np.float64]]) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def dask_workforce(on: str, jobs: int | None, progress: Progress) -> Workforce:
 
     where = f"{ON} {on}"
     try:
-        import distributed  # noqa: F401, PLC0415 - an extra
+        import distributed  # noqa: PLC0415 - an extra
     except ImportError:
         raise refuse(where, "no distributed", "the extra `cluster`", "pip install 'macrostep[cluster]'") from None
     client, ends = _reached(on, where, progress)
@@ -63,6 +63,7 @@ def dask_workforce(on: str, jobs: int | None, progress: Progress) -> Workforce:
         replaceable=False,
         words=f"{len(workers)} workers of {on}",
         capacity=(lambda: jobs) if jobs else (lambda: max(1, watch.threads)),
+        did_it=lambda error: isinstance(error, distributed.KilledWorker),
         lost=watch.lost,
     )
 
@@ -152,7 +153,8 @@ class _Cluster(Executor):
         task, *rest = args
         if not task.files:
             return self._executor.submit(fn, task, *rest, **kwargs)
-        if self._files is None:  # Dask gives what was scattered to each worker once
+        # Dask gives what was scattered to each worker once; it is lost with the last worker that has it.
+        if self._files is None or self._files.status not in ("pending", "finished"):
             self._files = self._client.scatter(read_files(task.files), hash=False)
         return self._executor.submit(_with_files, self._files, fn, replace(task, files=()), *rest, **kwargs)
 

@@ -91,8 +91,8 @@ def _class(name: str, path: Path) -> Any:
     """The class of a cluster. Raises `RequestError`."""
     module, _, wanted = name.rpartition(".")
     where = f"{path}: cluster"
-    if not module:
-        raise refuse(where, f"`{name}`, without its module", _CLASS)
+    if not module or not all(part.isidentifier() for part in name.split(".")):
+        raise refuse(where, f"`{name}`" + (", without its module" if name.isidentifier() else ""), _CLASS)
     try:
         found = import_module(module)
     except ImportError as error:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
+    CancelledError,
     Executor,
     Future,
     ThreadPoolExecutor,
@@ -37,6 +38,8 @@ _BATCH: Final = 0.25
 """[s] The time that a batch of variants takes, so that a report on it costs little."""
 _LARGEST: Final = 64
 """Variants of a batch at most: so many are in doubt when a process dies."""
+_ATTEMPTS: Final = 3
+"""How often a variant is run that a cluster loses."""
 _AHEAD: Final = 2
 """Batches that wait for each worker."""
 _LOOKS_EVERY: Final = 2.0
@@ -60,6 +63,8 @@ class Workforce:
     words: str
     capacity: Callable[[], int] | None = None
     """How many there are now, where that changes."""
+    did_it: Callable[[Exception], bool] = lambda _: False
+    """Whether an error says that workers have died of the only variant that was run."""
     lost: Callable[[], Iterator[str]] | None = None
     """Gives a line for each worker that was lost since it was asked last; raises an error where none is left."""
 
@@ -179,6 +184,7 @@ class Engine:
         """
         batches = in_batches(variants, self._size)
         pending, more = self._pending, True
+        suspects: list[Variant] = []
         while more or pending:
             while more and len(pending) < _AHEAD * self._force.present():
                 batch = next(batches, None)
@@ -196,14 +202,29 @@ class Engine:
                     break
                 except RequestError:
                     raise
-                except Exception as error:
+                except Exception:
                     if self._force.lost is None:
                         raise
-                    # A cluster gives up on what has lost it several workers: who of the batch did it?
-                    if len(batch) == 1:
-                        words = f"{DIED} ({type(error).__name__})"
-                        yield from self._noted([VariantResult(batch[0].number, 0.0, {}, {}, words, words)])
-                    pending |= {self._submit([v]): [v] for v in batch if len(batch) > 1}
+                    suspects += batch  # a cluster gives up on all that was on a worker when it died
+        for variant in suspects:
+            yield from self._noted([self._alone(variant)])
+
+    def _alone(self, variant: Variant) -> VariantResult:
+        """The result of a variant that workers of a cluster may have died of, while it runs no other."""
+        for attempt in range(_ATTEMPTS):
+            future = self._submit([variant])
+            try:
+                self._finished([future])
+                return future.result()[0]
+            except RequestError:
+                raise
+            except Exception as error:
+                is_last = attempt == _ATTEMPTS - 1  # what is cancelled was lost, each time with the worker that ran it
+                if self._force.did_it(error) or (is_last and isinstance(error, CancelledError)):
+                    return VariantResult(variant.number, 0.0, {}, {}, DIED, DIED)
+                if is_last:
+                    raise
+        raise AssertionError("the last attempt returns or raises")
 
     def _finished(self, pending: Collection[Future[Any]]) -> Collection[Future[Any]]:
         """Wait for the next that is done; meanwhile tell of workers that were lost."""

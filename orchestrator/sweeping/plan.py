@@ -18,7 +18,7 @@ from orchestrator.scenario.resolution import Setting, resolve, resolve_unit
 from orchestrator.sweeping.sampling import SAMPLES_OPTION, SEARCH, TABLES, Columns, Sampling, read_sampling, sampled
 from orchestrator.sweeping.sweep_request import SweepRequest, absolute_file
 from orchestrator.sweeping.variation import VARY, Variation, split, twice, value_problems, variation
-from orchestrator.sweeping.watched_signals import UNWATCHED, WatchedSignals, watched_signals
+from orchestrator.sweeping.watched_signals import SIGNALS_OPTION, UNWATCHED, WatchedSignals, watched_signals
 from orchestrator.system.experiment import Scenario
 from orchestrator.system.named_variables import UnitVariable, look_up, named, settable
 from orchestrator.system.scene import Scene
@@ -144,6 +144,8 @@ def _sampling(request: SweepRequest, variations: Sequence[Variation]) -> Samplin
 
     read_aim(request.find)
     read_budget(request.budget)
+    if request.signals:
+        raise refuse(f"{FIND} {request.find}", f"it beside {SIGNALS_OPTION}", "one of them")
     if request.samples is not None or request.grid is not None:
         raise refuse(f"{FIND} {request.find}", "it beside --samples or --grid", "one of them")
     return Sampling(SEARCH)
@@ -214,6 +216,12 @@ def _quantity(path: str, scenarios: Mapping[str, Scenario]) -> Quantity | None:
         except RequestError as error:
             told = [replace(p, found=f"{p.found}, with {filled}" if filled else p.found) for p in error.problems]
             raise RequestError(told) from None
+    kinds = {
+        (v.variable.quantity.type, v.variable.quantity.unit): filled for v, filled in zip(found, scenarios, strict=True)
+    }
+    if len(kinds) > 1:
+        told = ", ".join(f"{kind} [{unit}] with {filled}" for (kind, unit), filled in kinds.items())
+        raise refuse(f"{VARY} {path}", told, "one type and unit of measurement in all units", "Sweep them one by one.")
     variable = found[0]
     return replace(variable.variable.quantity, shape=()) if variable.index else variable.variable.quantity
 

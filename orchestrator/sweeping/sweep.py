@@ -20,7 +20,7 @@ from orchestrator.results.claimed_folder import ClaimedFolder
 from orchestrator.scenario.options import UNCHANGED, Options
 from orchestrator.sweeping import ranking, sweep_folder
 from orchestrator.sweeping.bands import band_table
-from orchestrator.sweeping.engine import Engine, Workforce, of_executor, workforce
+from orchestrator.sweeping.engine import DIED, Engine, Workforce, of_executor, workforce
 from orchestrator.sweeping.journal import VariantResult, VariantResults
 from orchestrator.sweeping.plan import PlannedSweep, Variant, iterate, plan
 from orchestrator.sweeping.results_table import results_table
@@ -254,6 +254,9 @@ def _check_kept(keep: Sequence[str] | None, planned: PlannedSweep | None) -> Non
 
 def _keep(done: Swept, folder: Path, numbers: Sequence[int], progress: Progress) -> None:
     """Run some variants once more, each into a run folder; the same values give the same rows."""
+    deadly = [number for number in numbers if done.results[number].fault.startswith(DIED)]
+    done.remarks += [f"variant {number} is not kept: it ends the process that runs it" for number in deadly]
+    numbers = [number for number in numbers if number not in deadly]
     for i, number in enumerate(numbers, 1):
         progress.now(f"keeping run {i} of {len(numbers)}: variant {number}")
         options = done.planned.options_of(done.planned.variant(number))

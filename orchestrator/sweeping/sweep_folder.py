@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -22,9 +22,10 @@ from orchestrator.results.provenance import now, versions
 from orchestrator.results.run_folder import RUN
 from orchestrator.results.summary import units
 from orchestrator.scenario.options import Options
+from orchestrator.sweeping.bands import BAND_COLUMNS
 from orchestrator.sweeping.journal import VariantResults, read_journal
 from orchestrator.sweeping.plan import PlannedSweep, plan
-from orchestrator.sweeping.results_table import results_in, values_of
+from orchestrator.sweeping.results_table import CAUSE, ENDED_BY, SECONDS, STATUS, results_in, values_of
 from orchestrator.sweeping.sampling import TABLES, VARIANT
 from orchestrator.sweeping.sweep_request import SweepRequest
 from orchestrator.system.experiment import Scenario
@@ -123,6 +124,7 @@ def write_sweep(planned: PlannedSweep, folder: Path, status: str, more: Mapping[
         "units": units(planned.scenario.system),
         "scenarios": fingerprints(planned),
         "versions": versions(),
+        "watched": planned.watched.in_words(len(planned)) if planned.watched.columns else "",
         "written": now(),
         **(more or {}),
     }
@@ -158,9 +160,10 @@ def read_bands(folder: Path) -> pd.DataFrame | None:
     if not (folder / BANDS).is_file():
         return None
     try:
-        return pd.read_parquet(folder / BANDS)
+        return _with(pd.read_parquet(folder / BANDS), BAND_COLUMNS)
     except (OSError, ValueError) as error:
-        raise refuse(f"{folder}/{BANDS}", f"a damaged file ({error})", "the bands of a sweep") from None
+        remedy = "Remove it, or begin anew."
+        raise refuse(f"{folder}/{BANDS}", f"a damaged file ({error})", "the bands of a sweep", remedy) from None
 
 
 def read_results(folder: Path) -> pd.DataFrame:
@@ -168,12 +171,19 @@ def read_results(folder: Path) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415
 
     try:
-        return pd.read_parquet(folder / METRICS)
+        return _with(pd.read_parquet(folder / METRICS), (VARIANT, STATUS, ENDED_BY, CAUSE, SECONDS))
     except FileNotFoundError:
         remedy = f"Go on with it: macrostep sweep {folder}"
         raise refuse(str(folder), "a sweep that was stopped", "a sweep that has ended", remedy) from None
     except (OSError, ValueError) as error:
         raise refuse(f"{folder}/{METRICS}", f"a damaged file ({error})", "the table of a sweep") from None
+
+
+def _with(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """A table that has some columns. Raises `ValueError` where it has not."""
+    if missing := [name for name in names if name not in table]:
+        raise ValueError(f"without the column {missing[0]}")
+    return table
 
 
 def results_of(folder: Path, planned: PlannedSweep) -> VariantResults:
@@ -187,12 +197,12 @@ def results_of(folder: Path, planned: PlannedSweep) -> VariantResults:
 def told_before(folder: Path) -> tuple[dict[int, str], float]:
     """The runs that a sweep has kept so far, and the time [s] that it took."""
     content = asked(folder)
-    return {int(number): name for number, name in content.get("kept", {}).items()}, float(content.get("seconds", 0.0))
+    return content["kept"], float(content.get("seconds", 0.0))
 
 
 def kept_runs(folder: Path) -> dict[int, Path]:
     """The run folders that a sweep has kept and that are still there, by variant, the worst first."""
-    kept = {int(number): folder / KEPT_RUNS / name for number, name in asked(folder).get("kept", {}).items()}
+    kept = {number: folder / KEPT_RUNS / name for number, name in asked(folder)["kept"].items()}
     return {number: path for number, path in kept.items() if path.is_dir()}
 
 
@@ -220,7 +230,8 @@ def asked(folder: Path) -> dict[str, Any]:
             options["mode"] = Version(mode)
         request |= {name: tuple(request.get(name, ())) for name in ("vary", "signals")}
         request["options"] = Options(**options)
-        return {**content, "request": SweepRequest(**request)}
+        kept = {int(number): str(name) for number, name in content.get("kept", {}).items()}
+        return {**content, "request": SweepRequest(**request), "kept": kept}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise refuse(where, f"a file that says not what was asked ({error})", "the file of a sweep") from None
 

@@ -72,6 +72,8 @@ def show_sweep(  # noqa: PLR0913 - one parameter per option of the command
     table = sweep_folder.read_results(folder)
     look = look or Look()
     tab = look.tab or ("" if times or differences else METRICS_TAB)
+    if times and tab == METRICS_TAB:
+        raise refuse("--at", f"it beside --tab {METRICS_TAB}", f"--tab {BANDS_TAB}, or a tab of the runs that are kept")
     with scratch_folder("show") as scratch:
         if picture is None or tab == METRICS_TAB:
             with _catalog(folder, table, differences, Path(scratch), tell) as url:
@@ -160,13 +162,17 @@ def _page(folder: Path, table: pd.DataFrame) -> str:
     return "\n".join(
         [
             f"# {folder.name}\n\n{len(table)} variants, {asked['sampling']}, seed {asked['request'].seed}\n",
+            f"A search for {asked['request'].find}.\n" if asked["request"].find else "",
             "## What varies\n",
             pages.table(("", "values", "unit"), [(path, v["values"], v["unit"]) for path, v in varied.items()]),
             "## Verdicts\n",
             pages.table(("", "holds in", "share"), shares),
             "## The worst\n",
             pages.table(("variant", *varied, "why"), worst),
-            "Orange: 90 % of the variants lie between these lines; grey: all of them.\n",
+            asked.get("watched", ""),
+            "Orange are the ends of the range of 90 %, grey those of the whole range.\n"
+            if asked.get("watched")
+            else "",
         ]
     )
 

@@ -5,6 +5,7 @@ Shows `watched_signals.py` and `bands.py`.
 
 from __future__ import annotations
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -20,19 +21,20 @@ from components.interfaces.progress import SILENT
 from orchestrator.loading import load
 from orchestrator.results.run_folder import SIGNALS
 from orchestrator.scenario.options import Options
+from orchestrator.sweeping import plan as plan_module
 from orchestrator.sweeping import sweep_folder
 from orchestrator.sweeping.bands import PERCENTILES, band_table
 from orchestrator.sweeping.engine import workforce
 from orchestrator.sweeping.sweep import go_on, sweep
-from orchestrator.sweeping.watched_signals import WatchedSignals, watched_signals
+from orchestrator.sweeping.watched_signals import WatchedSignals, _problems, _usual, watched_signals
 from tests.orchestrator.sweeping.test_findings import planned
 
 SHORT = Options(stop_time=2.0)
 
 
-def kept(*courses, every_variant=1, every_row=1):
+def kept(*courses, share=1.0, every_row=1):
     """A plan and what is kept of its variants, in which the signal `s` had these values in each variant."""
-    watched = WatchedSignals({"s": "m"}, every_variant, every_row)
+    watched = WatchedSignals({"s": "m"}, share, every_row)
     rows = [{"s": np.array(course, dtype=float)} for course in courses]
     results = {n: signals for n, row in enumerate(rows) if (signals := watched.taken(n, row))}
     return replace(planned(len(courses)), watched=watched), results
@@ -62,17 +64,56 @@ def test_values_that_are_no_numbers_do_not_count():
     assert list(table["variants"]) == [2, 1]
 
 
-def test_of_many_variants_and_rows_some_are_kept_evenly():
-    table = band_table(*kept([0, 1, 2, 3, 4], [9] * 5, [2, 3, 4, 5, 6], every_variant=2, every_row=2))
+def test_of_many_rows_some_are_kept():
+    table = band_table(*kept([0, 1, 2, 3, 4], [2, 3, 4, 5, 6], every_row=2))
     assert list(table["tick"]) == [0, 2, 4]
     assert list(table["mean"]) == [1, 3, 5]
+
+
+@pytest.mark.parametrize("factor", [1, 2, 3, 4, 7, 10, 64, 600])
+def test_of_very_many_variants_some_are_kept_of_every_value_of_a_grid(factor):
+    watched, count = WatchedSignals({"s": "m"}, 1024 / 120_000), 120_000
+    taken = np.array([watched.takes(n) for n in range(count)])
+    assert 900 < taken.sum() < 1150
+    for value in range(factor):
+        assert taken[value::factor].sum() == pytest.approx(1024 / factor, rel=0.5, abs=2)
 
 
 def test_so_many_are_kept_that_memory_and_folder_stay_small(built_fmus):
     scenarios = {"": load("static", Options(mode="blocks", stop_time=1000.0))}
     watched = watched_signals((), scenarios, 100_000)
-    assert watched == WatchedSignals({"plant.state.y": "m", "plant.state.v_x": "m/s"}, 98, 20)
-    assert watched.in_words(100_000).startswith("The mean, the range of 90 %, and the whole range of 1021 of 100000")
+    assert watched == WatchedSignals({"plant.state.y": "m", "plant.state.v_x": "m/s"}, 0.01024, 20)
+    assert re.search(r"the whole range of 10[0-9]{2} of 100000 variants, evenly spread", watched.in_words(100_000))
+    assert "of all variants" in watched.in_words(1)
+
+
+def test_signals_are_of_one_unit_of_measurement_whatever_fills_a_socket():
+    """In units that a socket varies over, a number must not mean one thing here and another there."""
+    known = {"plant=a": {"plant.state.v_x": "m/s"}, "plant=b": {"plant.state.v_x": "km/h"}}
+    assert [str(problem) for problem in _problems(["plant.state.v_x"], known)] == [
+        "--signals plant.state.v_x: found [m/s] with plant=a, [km/h] with plant=b; valid: one unit of measurement in"
+        " all units. Sweep them one by one."
+    ]
+    static = load("static", Options(mode="blocks"))
+    of_plant = {"plant.state.y": "m", "plant.state.v_x": "m/s"}
+    other = {**of_plant, "plant.state.v_x": "km/h"}
+    assert list(_usual({"": static}, {"a": of_plant, "b": other})) == ["plant.state.y"]
+    assert list(_usual({"": static}, {"a": of_plant, "b": {}})) == []
+
+
+def test_so_are_parameters_that_vary(built_fmus, in_tmp_path, monkeypatch):
+    units = iter(["kg", "t", "kg", "t"])
+
+    def variable(path, scenario):
+        found = known(path, scenario)
+        quantity = replace(found.variable.quantity, unit=next(units))
+        return replace(found, variable=replace(found.variable, quantity=quantity))
+
+    known = plan_module._variable
+    monkeypatch.setattr(plan_module, "_variable", variable)
+    with pytest.raises(RequestError, match=r"Float64 \[kg\] with plant=bicycle, Float64 \[t\] with plant=bicycle_sat"):
+        sweep("static", {"plant": "bicycle,bicycle_saturated", "plant.m": "1500:2500"}, samples="lhs:4", options=SHORT)
+    assert not Path("runs").exists()
 
 
 @pytest.fixture(scope="module")

@@ -17,11 +17,12 @@ from orchestrator.scenario import catalogue
 from orchestrator.scenario.options import Options
 from orchestrator.scenario.scenario_template import scenario_template
 from orchestrator.sweeping import cluster
-from orchestrator.sweeping.engine import workforce
+from orchestrator.sweeping.engine import DIED, workforce
 from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.sweep import run_sweep
 from orchestrator.sweeping.sweep_request import SweepRequest
 from tests.orchestrator.exchange.passport.measured_fmus import lag
+from tests.orchestrator.sweeping.test_cluster_file import LOCAL
 
 pytest.importorskip("distributed")
 REQUEST = SweepRequest("static", ("plant.m=1500:2500",), "lhs:40", seed=3, options=Options(stop_time=3.0))
@@ -117,6 +118,20 @@ def test_fmus_that_crash_cost_one_row(dask, in_tmp_path):
     table = values(run_sweep(request, partial(workforce, address, None), None, (), SILENT))
     assert list(table["status"]) == ["finished"] * 9 + ["fault"]
     assert "SIGABRT" in table["fault"][9]
+
+
+@pytest.mark.slow
+@pytest.mark.foreign
+def test_fmus_that_end_their_workers_cost_their_own_rows_only(in_tmp_path):
+    """Workers die with what they hold, and a cluster gives up on all that was on a worker that dies."""
+    lag(in_tmp_path, "#define STEP if (i->T > 0.9) abort();")
+    (in_tmp_path / "c.toml").write_text(LOCAL)
+    request = SweepRequest("m.fmu", ("fmu.T=0.1:1",), grid="10", options=Options(stop_time=0.5, in_process=True))
+    done = run_sweep(request, partial(workforce, "c.toml", None), None, ("worst:1", "0"), SILENT)
+    assert [result.fault for _, result in sorted(done.results.items())] == [""] * 9 + [DIED]
+    assert list(done.kept) == [0]
+    assert "variant 9 is not kept: it ends the process that runs it" in done.remarks
+    assert done.is_whole
 
 
 @pytest.mark.slow

@@ -125,6 +125,7 @@ def command_of(process):
         ("workers = 2", "c.toml: cluster: found nothing; valid: an entry of this name"),
         (f"{A_CLUSTER}\nworkers = 0", "c.toml: workers: found `0`; valid: greater than or equal to 1"),
         (f"{A_CLUSTER}\nworkers = 1\nx = 1", "c.toml: x: found an unknown entry; valid: cluster, options"),
+        ('cluster = "..x"\nworkers = 1', "c.toml: cluster: found `..x`; valid: a class of"),
         ('cluster = "SLURM"\nworkers = 1', "c.toml: cluster: found `SLURM`, without its module; valid: a class of"),
         ('cluster = "dask_no.C"\nworkers = 1', "which is not installed (No module named 'dask_no'); valid: a class of"),
         ('cluster = "distributed.Client"\nworkers = 1', "which is no cluster; valid: a class of Dask's projects"),

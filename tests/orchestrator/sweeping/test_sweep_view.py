@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+import pandas as pd
 import pytest
 from PIL import Image
 from rerun.catalog import CatalogClient
@@ -21,7 +23,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.sweeping import sweep_folder
 from orchestrator.sweeping.sweep import sweep
 from orchestrator.sweeping.sweep_view import _catalog, show_sweep
-from orchestrator.viewing.photograph import headless_viewer
+from orchestrator.viewing.photograph import Look, headless_viewer
 from tests.waiting import wait_until
 
 TABLE = "metrics"
@@ -104,6 +106,36 @@ def test_a_sweep_that_has_not_ended_is_refused(swept, tmp_path):
         (folder / name).write_bytes((swept / name).read_bytes())
     with pytest.raises(RequestError, match="a sweep that was stopped; valid: a sweep that has ended"):
         show_sweep(folder, [], print, picture=tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("metrics.parquet", pd.DataFrame({"variant": [1]}), "metrics.parquet: found a damaged file (without"),
+        ("bands.parquet", pd.DataFrame({"signal": ["a"]}), "bands.parquet: found a damaged file (without"),
+        ("sweep.json", {"kept": {"x": "variant-0"}}, "sweep.json: found a file that says not what was asked ("),
+        ("sweep.json", {"kept": []}, "sweep.json: found a file that says not what was asked ("),
+    ],
+)  # fmt: skip
+def test_files_with_another_content_are_refused(swept, tmp_path, name, content, told):
+    folder = tmp_path / "other"
+    shutil.copytree(swept, folder)
+    if isinstance(content, dict):
+        known = json.loads((folder / name).read_text())
+        (folder / name).write_text(json.dumps({**known, **content}))
+    else:
+        content.to_parquet(folder / name)
+    with pytest.raises(RequestError) as error:
+        show_sweep(folder, [], print, picture=tmp_path / "a.png", look=Look(tab="bands"))
+    assert told in str(error.value)
+
+
+def test_what_cannot_be_shown_so_is_refused(swept, macrostep, tmp_path):
+    picture = ("--picture", str(tmp_path / "a.png"))
+    _, _, said = macrostep("show", str(swept), *picture, "--tab", "metrics", "--at", "1")
+    assert "--at: found it beside --tab metrics; valid: --tab bands, or a tab of the runs that are kept" in said
+    _, _, said = macrostep("show", str(swept), str(swept), *picture)
+    assert "found a sweep beside something else; valid: runs, or one sweep" in said
 
 
 def test_a_sweep_without_run_folders_has_a_table_and_no_picture_of_runs(swept, tmp_path):
