@@ -194,4 +194,5 @@ def _print_found(done: Swept) -> None:
 
 def _print_folder(done: Swept) -> None:
     runs = f"  runs/ ({len(done.kept)})" if done.kept else ""
-    out.print(f"{done.folder}/  report.html  metrics.parquet  samples.parquet  sweep.json{runs}")
+    bands = "  bands.parquet" if done.planned.watched.columns else ""
+    out.print(f"{done.folder}/  report.html  metrics.parquet{bands}  samples.parquet  sweep.json{runs}")

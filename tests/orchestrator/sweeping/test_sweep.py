@@ -350,7 +350,7 @@ def test_the_command_says_what_came_of_it_and_ends_with_0(built_fmus, macrostep,
     assert out.splitlines()[0] == "static: 4 variants, --samples lhs:4"
     assert re.search(r"  no contact +100.0 %  \(4 of 4; 95 %: 51.0 to 100.0 %\)", out)
     assert re.search(r"  worst +variant \d: ", out)
-    assert out.splitlines()[-1].endswith("report.html  metrics.parquet  samples.parquet  sweep.json  runs/ (1)")
+    assert out.splitlines()[-1].endswith("metrics.parquet  bands.parquet  samples.parquet  sweep.json  runs/ (1)")
     code, _, err = macrostep("sweep", "runs/static-sweep-1", "--vary", "plant.m=1:2", "--stop-time", "3")
     assert code == 2
     assert "macrostep: --vary: found it for a sweep that has begun; valid: only --on, --jobs and --keep" in err
