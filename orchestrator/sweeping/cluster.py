@@ -62,7 +62,7 @@ def dask_workforce(on: str, jobs: int | None, progress: Progress) -> Workforce:
         is_here=False,
         replaceable=False,
         words=f"{len(workers)} workers of {on}",
-        capacity=(lambda: jobs) if jobs else (lambda: max(1, watch.threads)),
+        capacity=None if jobs else lambda: max(1, watch.threads),
         did_it=lambda error: isinstance(error, distributed.KilledWorker),
         lost=watch.lost,
     )

@@ -144,6 +144,11 @@ def _end_after(parent: int) -> None:
     os._exit(1)
 
 
+def _died(variant: Variant) -> VariantResult:
+    """The result of a variant of which the process died that ran it."""
+    return VariantResult(variant.number, 0.0, {}, {}, DIED, DIED)
+
+
 class Engine:
     """Runs the variants of a sweep.
 
@@ -221,7 +226,7 @@ class Engine:
             except Exception as error:
                 is_last = attempt == _ATTEMPTS - 1  # what is cancelled was lost, each time with the worker that ran it
                 if self._force.did_it(error) or (is_last and isinstance(error, CancelledError)):
-                    return VariantResult(variant.number, 0.0, {}, {}, DIED, DIED)
+                    return _died(variant)
                 if is_last:
                     raise
         raise AssertionError("the last attempt returns or raises")
@@ -269,7 +274,7 @@ class Engine:
             except BrokenExecutor:
                 alone.shutdown(wait=False)
                 alone = None
-                result = VariantResult(variant.number, 0.0, {}, {}, DIED, DIED)
+                result = _died(variant)
                 write_journal(self._journal, [result])
                 yield result
         if alone is not None:

@@ -11,9 +11,18 @@ import numpy as np
 
 from orchestrator.results.provenance import SHOWN_METRICS
 from orchestrator.scenario.options import Options
+from orchestrator.sweeping.bands import PERCENTILES
 from orchestrator.sweeping.plan import PlannedSweep
 from orchestrator.sweeping.ranking import worst_first
-from orchestrator.sweeping.results_table import CAUSE, FINISHED, STATUS, metric_names, results_in, verdict_names
+from orchestrator.sweeping.results_table import (
+    CAUSE,
+    ENDED_BY,
+    FINISHED,
+    STATUS,
+    metric_names,
+    results_in,
+    verdict_names,
+)
 from orchestrator.sweeping.sampling import VARIANT
 
 if TYPE_CHECKING:  # slow to import, and only the name is needed
@@ -21,7 +30,6 @@ if TYPE_CHECKING:  # slow to import, and only the name is needed
 
 WORST_SHOWN: Final = 10
 _CONFIDENCE: Final = 0.95
-_PERCENTILES: Final = (0, 5, 50, 95, 100)
 
 
 @dataclass(frozen=True)
@@ -78,7 +86,7 @@ def spreads(paths: Iterable[str], table: pd.DataFrame) -> dict[str, list[float]]
         values = table[name].to_numpy(dtype=float)
         values = values[np.isfinite(values)]
         if len(values):
-            found[name] = [float(value) for value in np.percentile(values, _PERCENTILES)]
+            found[name] = [float(value) for value in np.percentile(values, list(PERCENTILES.values()))]
     return found
 
 
@@ -103,6 +111,11 @@ def cause_of(row: Mapping[str, Any], verdicts: Sequence[str]) -> str:
     """Why a variant fails: its fault without the time, or the verdicts that do not hold; empty where it does not."""
     failed = [name.replace("_", " ") for name in verdicts if row[name] is False or row[name] is np.False_]
     return str(row[CAUSE]) or (f"not: {', '.join(failed)}" if failed else "")
+
+
+def why(row: Mapping[str, Any], verdicts: Sequence[str]) -> str:
+    """Why a variant fails: its fault, with the time, or the verdicts that do not hold; empty where it does not."""
+    return str(row[ENDED_BY]) or cause_of(row, verdicts)
 
 
 def sobol_table(planned: PlannedSweep, table: pd.DataFrame) -> dict[str, dict[str, tuple[float, float]]]:

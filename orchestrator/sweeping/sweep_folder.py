@@ -200,9 +200,14 @@ def told_before(folder: Path) -> tuple[dict[int, str], float]:
     return content["kept"], float(content.get("seconds", 0.0))
 
 
-def kept_runs(folder: Path) -> dict[int, Path]:
-    """The run folders that a sweep has kept and that are still there, by variant, the worst first."""
-    kept = {number: folder / KEPT_RUNS / name for number, name in asked(folder)["kept"].items()}
+def kept_runs(folder: Path, known: Mapping[str, Any]) -> dict[int, Path]:
+    """The run folders that a sweep has kept and that are still there, by variant, the worst first.
+
+    Args:
+        folder: The folder of the sweep.
+        known: What `asked` says of it.
+    """
+    kept = {number: folder / KEPT_RUNS / name for number, name in known["kept"].items()}
     return {number: path for number, path in kept.items() if path.is_dir()}
 
 

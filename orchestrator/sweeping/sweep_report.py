@@ -11,7 +11,7 @@ from orchestrator.results.manifest import unfinished
 from orchestrator.results.provenance import now, versions
 from orchestrator.sweeping import findings
 from orchestrator.sweeping.plan import PlannedSweep
-from orchestrator.sweeping.results_table import ENDED_BY, SECONDS
+from orchestrator.sweeping.results_table import SECONDS
 from orchestrator.sweeping.sampling import VARIANT
 from orchestrator.sweeping.sweep_folder import KEPT_RUNS, REPORT
 
@@ -99,12 +99,11 @@ def _row(
     kept: Mapping[int, str],
 ) -> dict[str, Any]:
     number = int(row[VARIANT])
-    why = findings.cause_of(row, verdicts)
     return {
         "number": number,
         "values": {path: row[path] for path in planned.columns},
         "metrics": {name: row[name] for name in metrics},
-        "why": row[ENDED_BY] or why,
+        "why": findings.why(row, verdicts),
         "command": findings.command(planned, number),
         "folder": kept.get(number, ""),
     }

@@ -21,7 +21,7 @@ from orchestrator.results import run_folder
 from orchestrator.results.run_folder import KeptRun
 from orchestrator.scenario.table_file import TIME
 from orchestrator.sweeping import bands, findings, sweep_folder
-from orchestrator.sweeping.results_table import ENDED_BY, verdict_names
+from orchestrator.sweeping.results_table import verdict_names
 from orchestrator.sweeping.sampling import VARIANT
 from orchestrator.viewing import repair, viewer
 from orchestrator.viewing.photograph import Look
@@ -69,43 +69,47 @@ def show_sweep(  # noqa: PLR0913 - one parameter per option of the command
         RequestError: The sweep has not ended, or cannot be shown so.
     """
     viewer.check(picture, times, look, web=web)
-    table = sweep_folder.read_results(folder)
+    known, table = sweep_folder.asked(folder), sweep_folder.read_results(folder)
     look = look or Look()
     tab = look.tab or ("" if times or differences else METRICS_TAB)
     if times and tab == METRICS_TAB:
         raise refuse("--at", f"it beside --tab {METRICS_TAB}", f"--tab {BANDS_TAB}, or a tab of the runs that are kept")
     with scratch_folder("show") as scratch:
         if picture is None or tab == METRICS_TAB:
-            with _catalog(folder, table, differences, Path(scratch), tell) as url:
+            with _catalog(folder, known, table, differences, Path(scratch), tell) as url:
                 viewer.present(url, tell, web=web, picture=picture, look=replace(look, tab=None))
         elif tab == BANDS_TAB:
-            source = _overview(folder, table, Path(scratch))
+            source = _overview(folder, known, findings.ranked(known["varied"], table), Path(scratch))
             viewer.present(source, tell, picture=picture, times=times, look=replace(look, tab=None))
         else:
-            source = viewer.recording(list(_kept(folder).values()), differences, Path(scratch), tell)
+            source = _together(_kept(folder, known), differences, Path(scratch), tell)
             viewer.present(source, tell, picture=picture, times=times, look=look)
 
 
 @contextmanager
-def _catalog(
-    folder: Path, table: pd.DataFrame, differences: Sequence[str], scratch: Path, tell: Callable[[str], None]
+def _catalog(  # noqa: PLR0913 - what is served
+    folder: Path,
+    known: Mapping[str, Any],
+    table: pd.DataFrame,
+    differences: Sequence[str],
+    scratch: Path,
+    tell: Callable[[str], None],
 ) -> Generator[str]:
     """Serve a sweep, and give the URL of its table, the worst variant first."""
     from orchestrator.recording.catalog import Catalog  # noqa: PLC0415 - slow to import
 
-    kept = _kept(folder) if sweep_folder.kept_runs(folder) else {}
-    table = findings.ranked(sweep_folder.asked(folder)["varied"], table)
+    kept = _kept(folder, known) if sweep_folder.kept_runs(folder, known) else {}
+    ranked = findings.ranked(known["varied"], table)
     with closing(Catalog()) as catalog:
-        catalog.add_recordings("all variants", [_overview(folder, table, scratch)])
+        catalog.add_recordings("all variants", [_overview(folder, known, ranked, scratch)])
         links: dict[int, str] = {}
         if kept:
             recordings = [repair.whole_recording(run, _made(scratch / str(n)), tell) for n, run in kept.items()]
             links = dict(zip(kept, catalog.add_recordings("kept runs", recordings), strict=True))
         if len(kept) > 1:
-            together = viewer.recording(list(kept.values())[: len(palette.RUNS)], differences, scratch, tell)
-            catalog.add_recordings("kept runs together", [together])
-        table.insert(1, _RECORDING, [links.get(number) for number in table[VARIANT]])
-        yield catalog.add_table(METRICS_TAB, table)
+            catalog.add_recordings("kept runs together", [_together(kept, differences, scratch, tell)])
+        ranked.insert(1, _RECORDING, [links.get(number) for number in ranked[VARIANT]])
+        yield catalog.add_table(METRICS_TAB, ranked)
 
 
 def _made(folder: Path) -> Path:
@@ -113,9 +117,16 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _kept(folder: Path) -> dict[int, KeptRun]:
+def _together(
+    kept: Mapping[int, KeptRun], differences: Sequence[str], scratch: Path, tell: Callable[[str], None]
+) -> Path:
+    """The recording of the worst runs in one picture, as many as have colours of their own."""
+    return viewer.recording(list(kept.values())[: len(palette.RUNS)], differences, scratch, tell)
+
+
+def _kept(folder: Path, known: Mapping[str, Any]) -> dict[int, KeptRun]:
     """The runs that are kept, by variant, the worst first. Raises `RequestError` where there are none."""
-    kept = sweep_folder.kept_runs(folder)
+    kept = sweep_folder.kept_runs(folder, known)
     if not kept:
         remedy = f"Keep some: macrostep sweep {folder} --keep worst:3"
         raise refuse(str(folder), "a sweep without run folders", "a sweep that has kept runs", remedy)
@@ -124,9 +135,9 @@ def _kept(folder: Path) -> dict[int, KeptRun]:
     return {number: run for number, run in found.items() if isinstance(run, KeptRun)}
 
 
-def _overview(folder: Path, table: pd.DataFrame, scratch: Path) -> Path:
+def _overview(folder: Path, known: Mapping[str, Any], ranked: pd.DataFrame, scratch: Path) -> Path:
     """Write the recording of all variants: signals over time, and a page."""
-    styles: list[Style] = [Page(entity="/about", text=_page(folder, table))]
+    styles: list[Style] = [Page(entity="/about", text=_page(folder, known, ranked))]
     batches: list[ShapeBatch] = []
     views: list[Series] = []
     for signal, of in _by_signal(folder):
@@ -149,30 +160,27 @@ def _by_signal(folder: Path) -> Iterator[tuple[str, pd.DataFrame]]:
         yield str(signal), of
 
 
-def _page(folder: Path, table: pd.DataFrame) -> str:
+def _page(folder: Path, known: Mapping[str, Any], ranked: pd.DataFrame) -> str:
     """What was asked for, how it went, and the worst variants, in Markdown."""
-    asked, verdicts = sweep_folder.asked(folder), verdict_names(table)
-    varied: Mapping[str, Mapping[str, str]] = asked["varied"]
-    shares = [(s.name, f"{s.holds} of {s.known}", f"{100 * s.value:.1f} %") for s in findings.shares(table) if s.known]
+    verdicts, watched = verdict_names(ranked), known.get("watched", "")
+    varied: Mapping[str, Mapping[str, str]] = known["varied"]
+    shares = [(s.name, f"{s.holds} of {s.known}", f"{100 * s.value:.1f} %") for s in findings.shares(ranked) if s.known]
     worst: list[tuple[object, ...]] = []
-    for row in findings.ranked(varied, table).head(findings.WORST_SHOWN).to_dict("records"):
-        known: dict[str, Any] = {str(name): value for name, value in row.items()}
-        why = known[ENDED_BY] or findings.cause_of(known, verdicts)
-        worst.append((known[VARIANT], *(_shown(known[path]) for path in varied), why))
+    for record in ranked.head(findings.WORST_SHOWN).to_dict("records"):
+        row: dict[str, Any] = {str(name): value for name, value in record.items()}
+        worst.append((row[VARIANT], *(_shown(row[path]) for path in varied), findings.why(row, verdicts)))
     return "\n".join(
         [
-            f"# {folder.name}\n\n{len(table)} variants, {asked['sampling']}, seed {asked['request'].seed}\n",
-            f"A search for {asked['request'].find}.\n" if asked["request"].find else "",
+            f"# {folder.name}\n\n{len(ranked)} variants, {known['sampling']}, seed {known['request'].seed}\n",
+            f"A search for {known['request'].find}.\n" if known["request"].find else "",
             "## What varies\n",
             pages.table(("", "values", "unit"), [(path, v["values"], v["unit"]) for path, v in varied.items()]),
             "## Verdicts\n",
             pages.table(("", "holds in", "share"), shares),
             "## The worst\n",
             pages.table(("variant", *varied, "why"), worst),
-            asked.get("watched", ""),
-            "Orange are the ends of the range of 90 %, grey those of the whole range.\n"
-            if asked.get("watched")
-            else "",
+            watched,
+            "Orange are the ends of the range of 90 %, grey those of the whole range.\n" if watched else "",
         ]
     )
 

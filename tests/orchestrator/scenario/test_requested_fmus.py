@@ -15,19 +15,7 @@ from orchestrator.scenario.options import Options
 from orchestrator.scenario.prepare import prepare
 from orchestrator.scenario.requested_fmus import RequestedFmus
 from tests.orchestrator import foreign
-
-
-class Reports:
-    """Keeps what is reported."""
-
-    def __init__(self):
-        self.texts = []
-
-    def now(self, text):
-        self.texts.append(text)
-
-    def done(self, text):
-        self.texts.append(text)
+from tests.reports import Reports
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ from orchestrator.sweeping.engine import workforce
 from orchestrator.sweeping.results_table import results_table
 from orchestrator.sweeping.sweep import run_sweep
 from orchestrator.sweeping.sweep_request import SweepRequest
+from tests.reports import Reports
 from tests.waiting import wait_until
 
 pytest.importorskip("distributed")
@@ -79,23 +80,10 @@ def reference(built_fmus, tmp_path_factory):
     return values(run_sweep(REQUEST, partial(workforce, "threads", 1), tmp_path_factory.mktemp("s") / "s", (), SILENT))
 
 
-class Told:
-    """Remembers what it is told."""
-
-    def __init__(self):
-        self.texts = []
-
-    def now(self, text):
-        self.texts.append(text)
-
-    def done(self, text):
-        self.texts.append(text)
-
-
 @pytest.mark.slow
 def test_a_cluster_is_started_for_the_sweep_and_ends_with_it(reference, in_tmp_path):
     (in_tmp_path / "local.toml").write_text(LOCAL)
-    told = Told()
+    told = Reports()
     done = run_sweep(REQUEST, partial(workforce, "local.toml", None, told), None, (), told)
     pd.testing.assert_frame_equal(values(done), reference, check_exact=True)
     assert "waiting for the first of 2 workers of local.toml" in told.texts

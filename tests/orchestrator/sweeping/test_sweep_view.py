@@ -39,7 +39,7 @@ def swept(built_fmus, tmp_path_factory):
 
 def served(folder, scratch):
     scratch.mkdir(exist_ok=True)
-    return _catalog(folder, sweep_folder.read_results(folder), [], scratch, lambda _: None)
+    return _catalog(folder, sweep_folder.asked(folder), sweep_folder.read_results(folder), [], scratch, lambda _: None)
 
 
 def test_the_catalog_has_all_variants_the_worst_first_with_links_to_the_runs_that_are_kept(swept, tmp_path):
@@ -48,7 +48,7 @@ def test_the_catalog_has_all_variants_the_worst_first_with_links_to_the_runs_tha
         assert sorted(client.dataset_names()) == ["all variants", "kept runs", "kept runs together"]
         table = client.get_table(TABLE).reader().to_pandas()
         segments = client.get_dataset("kept runs").segment_ids()
-    kept = list(sweep_folder.kept_runs(swept))
+    kept = list(sweep_folder.kept_runs(swept, sweep_folder.asked(swept)))
     assert sorted(table["variant"]) == list(range(8))
     assert list(table["variant"][:2]) == kept
     assert all(link.startswith("rerun+http://127.0.0.1:") for link in table["recording"][:2])
